@@ -1,0 +1,3 @@
+//! The `mobot` command.
+
+fn main() {}
