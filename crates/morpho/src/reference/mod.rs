@@ -1,0 +1,3 @@
+//! The definitions as plain code, pixel by pixel: the twins that the fast kernels are tested against.
+
+pub mod ops;
