@@ -1,1 +1,6 @@
 #![doc = include_str!("../README.md")]
+
+pub mod args;
+pub mod cmd;
+pub mod output;
+pub mod picture;
