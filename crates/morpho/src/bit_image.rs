@@ -1,5 +1,23 @@
 //! A binary image, 64 pixels a word: 1 = foreground = free.
 
+/// The place of a pixel: column `x` from the left, row `y` from the top.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct Pixel {
+    /// Column, 0 = left.
+    pub x: usize,
+    /// Row, 0 = top.
+    pub y: usize,
+}
+
+impl Pixel {
+    /// The pixel in column `x` of row `y`.
+    #[must_use]
+    pub const fn new(x: usize, y: usize) -> Self {
+        Self { x, y }
+    }
+}
+
 /// A binary image. Bit `x % 64` of word `x / 64` of a row is pixel `x`; row 0 is the top.
 ///
 /// Invariant: the bits past the width in each row's last word are 0.
@@ -115,6 +133,95 @@ impl BitImage {
         } else {
             *word &= !bit;
         }
+    }
+
+    /// Makes this an image of the given size with no foreground, in the memory it already has
+    /// where that suffices.
+    pub fn reset(&mut self, width: usize, height: usize) {
+        self.reshape(width, height);
+        self.words.fill(0);
+    }
+
+    /// Takes the given size and leaves the words as they come: the caller writes every one.
+    pub(crate) fn reshape(&mut self, width: usize, height: usize) {
+        self.width = width;
+        self.height = height;
+        self.stride = width.div_ceil(64);
+        self.words.resize(self.stride * height, 0);
+    }
+
+    /// Becomes equal to `other` in the memory it already has where that suffices.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.reshape(other.width, other.height);
+        self.words.copy_from_slice(&other.words);
+    }
+
+    /// Exchanges foreground and background.
+    pub fn invert(&mut self) {
+        let tail = self.tail_mask();
+        if self.stride == 0 {
+            return;
+        }
+        for row in self.words.chunks_exact_mut(self.stride) {
+            for word in row.iter_mut() {
+                *word = !*word;
+            }
+            row[row.len() - 1] &= tail;
+        }
+    }
+
+    /// The image with foreground and background exchanged.
+    #[must_use]
+    pub fn complement(&self) -> Self {
+        let mut image = self.clone();
+        image.invert();
+        image
+    }
+
+    /// Keeps the foreground pixels that are foreground in `other` too.
+    ///
+    /// # Panics
+    /// If the sizes differ.
+    pub fn intersect(&mut self, other: &Self) {
+        self.combine(other, |a, b| a & b);
+    }
+
+    /// Adds the foreground pixels of `other`.
+    ///
+    /// # Panics
+    /// If the sizes differ.
+    pub fn unite(&mut self, other: &Self) {
+        self.combine(other, |a, b| a | b);
+    }
+
+    /// Drops the foreground pixels of `other`.
+    ///
+    /// # Panics
+    /// If the sizes differ.
+    pub fn subtract(&mut self, other: &Self) {
+        self.combine(other, |a, b| a & !b);
+    }
+
+    fn combine(&mut self, other: &Self, f: impl Fn(u64, u64) -> u64) {
+        assert_eq!(
+            (self.width, self.height),
+            (other.width, other.height),
+            "images of different sizes"
+        );
+        for (a, &b) in self.words.iter_mut().zip(&other.words) {
+            *a = f(*a, b);
+        }
+    }
+
+    /// Whether every foreground pixel is foreground in `other` too; false for another size.
+    #[must_use]
+    pub fn is_subset_of(&self, other: &Self) -> bool {
+        (self.width, self.height) == (other.width, other.height)
+            && self
+                .words
+                .iter()
+                .zip(&other.words)
+                .all(|(a, b)| a & !b == 0)
     }
 
     /// Foreground pixels in the image.

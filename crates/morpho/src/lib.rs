@@ -10,6 +10,19 @@ mod grow;
 mod ops;
 mod pipeline;
 pub mod reference;
-mod thin;
+pub mod thin;
 
-pub use bit_image::BitImage;
+pub use bit_image::{BitImage, Pixel};
+pub use components::{Bounds, Component, Components, euler, holes};
+pub use element::{Element, ElementError};
+pub use fill::{
+    Connectivity, FillWorkspace, fill_holes, reconstruct, reconstruct_into, seed_fill,
+    seed_fill_into,
+};
+#[cfg(feature = "image")]
+pub use gray::{threshold_image, to_gray_image};
+pub use gray::{threshold, threshold_into, to_gray};
+pub use grow::{GrowRule, grow};
+pub use ops::{
+    Border, Workspace, close, close_into, dilate, dilate_into, erode, erode_into, open, open_into,
+};
