@@ -1,1 +1,42 @@
-//! (being written)
+//! Thinning: to lines one pixel wide.
+
+use crate::BitImage;
+use crate::distance::{Border, squared};
+use crate::reference;
+
+/// Thinning after Zhang and Suen (A fast parallel algorithm for thinning digital patterns, CACM 1984),
+/// bit for bit as OpenCV's `ximgproc.thinning`: the outermost rows and columns are never deleted.
+///
+/// It may delete 2x2 blocks wholly; where counts of parts matter take [`homotopic`].
+#[must_use]
+pub fn zhang_suen(image: &BitImage) -> BitImage {
+    reference::thin::zhang_suen(image)
+}
+
+/// Thinning after Guo and Hall (Parallel thinning with two-subiteration algorithms, CACM 1989), bit for
+/// bit as OpenCV's `ximgproc.thinning`: the outermost rows and columns are never deleted.
+#[must_use]
+pub fn guo_hall(image: &BitImage) -> BitImage {
+    reference::thin::guo_hall(image)
+}
+
+/// Thinning to a centred skeleton one pixel wide that keeps the topology of every image: as many
+/// 8-connected foreground components and 4-connected background components (outside = background).
+#[must_use]
+pub fn homotopic(image: &BitImage) -> BitImage {
+    let order: Vec<u32> = squared(image, Border::Background)
+        .into_iter()
+        .map(|d| d.isqrt())
+        .collect();
+    homotopic_ordered(image, &order)
+}
+
+/// As [`homotopic`], peeled in ascending `order` (one value a pixel, row after row; background's are
+/// ignored). Few distinct values are faster: each is a layer.
+///
+/// # Panics
+/// If `order` has not one entry a pixel.
+#[must_use]
+pub fn homotopic_ordered(image: &BitImage, order: &[u32]) -> BitImage {
+    reference::thin::homotopic_ordered(image, order)
+}
