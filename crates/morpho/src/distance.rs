@@ -3,17 +3,11 @@
 //! Two passes (Meijster, Roerdink and Hesselink, A general algorithm for computing distance
 //! transforms in linear time, 2000): first the distance to the nearest background pixel of the same
 //! column, then along each row the best column.
+//!
+//! [`Border::Background`] makes everything outside the image background; [`Border::Neutral`] and
+//! [`Border::Foreground`] are one rule here: only background inside the image counts, as in OpenCV.
 
-use crate::BitImage;
-
-/// What lies outside the image, for distances.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Border {
-    /// Every pixel outside is background, as in a map where the unmapped is not free.
-    Background,
-    /// Every pixel outside is foreground: only background inside the image counts, as in OpenCV and SciPy.
-    Foreground,
-}
+use crate::{BitImage, Border};
 
 /// The squared distance [cells^2], centre to centre, from each pixel to the nearest background pixel;
 /// row after row. It is 0 on background and `u32::MAX` where there is no background at all (or none
@@ -55,7 +49,7 @@ fn transform(image: &BitImage, border: Border, square: impl Fn(u64) -> u64) -> V
     let (width, height) = (image.width(), image.height());
     let outside = match border {
         Border::Background => 0,
-        Border::Foreground => FAR,
+        Border::Neutral | Border::Foreground => FAR,
     };
     let mut column = vec![0_u64; width * height];
     for x in 0..width {
@@ -82,7 +76,7 @@ fn transform(image: &BitImage, border: Border, square: impl Fn(u64) -> u64) -> V
             let mut best = row[x];
             for k in 1.. {
                 let across = square(k as u64);
-                if across >= best || (k > x && x + k >= width && border == Border::Foreground) {
+                if across >= best || (k > x && x + k >= width && border != Border::Background) {
                     break;
                 }
                 let side = |inside: bool, at: usize| if inside { row[at] } else { outside };

@@ -1,7 +1,6 @@
 //! Distances by their definition: the minimum over all background pixels.
 
-use crate::BitImage;
-use crate::distance::Border;
+use crate::{BitImage, Border};
 
 /// The twin of [`crate::distance::squared`]: quadratic in the number of pixels.
 #[must_use]

@@ -1,8 +1,7 @@
 //! Thinning: to lines one pixel wide.
 
-use crate::BitImage;
-use crate::distance::{Border, squared};
-use crate::reference;
+use crate::distance::squared;
+use crate::{BitImage, Border, reference};
 
 /// Thinning after Zhang and Suen (A fast parallel algorithm for thinning digital patterns, CACM 1984),
 /// bit for bit as OpenCV's `ximgproc.thinning`: the outermost rows and columns are never deleted.

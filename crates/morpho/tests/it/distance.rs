@@ -1,7 +1,6 @@
 //! The distance transform against its definition.
 
-use morpho::distance::{self, Border};
-use morpho::{BitImage, reference};
+use morpho::{BitImage, Border, distance, reference};
 
 /// A small deterministic generator: hostile images need no quality, only variety.
 struct Random(u64);
