@@ -56,6 +56,30 @@ impl BitImage {
         image
     }
 
+    /// An image from its words, row after row, `width.div_ceil(64)` a row, as [`Self::words`] gives them.
+    /// Bits past the width are cleared.
+    ///
+    /// # Panics
+    /// If the number of words is not `width.div_ceil(64) * height`.
+    #[must_use]
+    pub fn from_words(width: usize, height: usize, words: Vec<u64>) -> Self {
+        let stride = width.div_ceil(64);
+        assert_eq!(words.len(), stride * height, "words of {width} x {height}");
+        let mut image = Self {
+            width,
+            height,
+            stride,
+            words,
+        };
+        let tail = image.tail_mask();
+        if stride > 0 {
+            for row in image.words.chunks_exact_mut(stride) {
+                row[stride - 1] &= tail;
+            }
+        }
+        image
+    }
+
     /// Columns [pixels].
     #[must_use]
     pub const fn width(&self) -> usize {
