@@ -270,3 +270,53 @@ impl std::fmt::Debug for BitImage {
         Ok(())
     }
 }
+
+/// The maximal runs `start..end` of ones in the words of a row.
+pub(crate) fn runs(words: &[u64]) -> Runs<'_> {
+    Runs {
+        words,
+        index: 0,
+        rest: words.first().copied().unwrap_or(0),
+    }
+}
+
+/// See [`runs`].
+#[derive(Clone, Debug)]
+pub(crate) struct Runs<'a> {
+    words: &'a [u64],
+    index: usize,
+    /// What is left of the word at `index`.
+    rest: u64,
+}
+
+impl Iterator for Runs<'_> {
+    type Item = std::ops::Range<usize>;
+
+    #[inline]
+    fn next(&mut self) -> Option<Self::Item> {
+        while self.rest == 0 {
+            self.index += 1;
+            self.rest = *self.words.get(self.index)?;
+        }
+        let first = self.rest.trailing_zeros();
+        let start = self.index * 64 + first as usize;
+        // filling the zeros below the run makes the carry of + 1 stop at the run's end
+        let filled = self.rest | (self.rest - 1);
+        if filled != u64::MAX {
+            self.rest &= filled.wrapping_add(1);
+            return Some(start..self.index * 64 + filled.trailing_ones() as usize);
+        }
+        loop {
+            self.index += 1;
+            let Some(&word) = self.words.get(self.index) else {
+                self.rest = 0;
+                return Some(start..self.index * 64);
+            };
+            if word != u64::MAX {
+                let ones = word.trailing_ones();
+                self.rest = word & (word.wrapping_add(1));
+                return Some(start..self.index * 64 + ones as usize);
+            }
+        }
+    }
+}

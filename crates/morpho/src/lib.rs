@@ -7,6 +7,7 @@ mod element;
 mod fill;
 mod gray;
 mod grow;
+mod ledger;
 mod ops;
 mod pipeline;
 pub mod reference;
@@ -23,6 +24,10 @@ pub use fill::{
 pub use gray::{threshold_image, to_gray_image};
 pub use gray::{threshold, threshold_into, to_gray};
 pub use grow::{GrowRule, grow};
+pub use ledger::{Change, Difference, Joined, Kinship, Region, Split};
 pub use ops::{
     Border, Workspace, close, close_into, dilate, dilate_into, erode, erode_into, open, open_into,
+};
+pub use pipeline::{
+    CleanError, Cleaned, Cleaner, CleanerParams, Entry, Ledger, Stage, Stages, Thinning,
 };
