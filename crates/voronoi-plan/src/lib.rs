@@ -14,6 +14,8 @@ mod plan;
 mod prune;
 mod route;
 mod skeleton;
+mod square;
 
+pub use clearance::{ClearanceField, SegmentClearance, TIE_CELLS};
 pub use free_space::FreeSpace;
 pub use graph::{Arc, Node, NodeKind, VoronoiGraph};

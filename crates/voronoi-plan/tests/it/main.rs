@@ -1,1 +1,9 @@
 //! Integration tests.
+
+mod clearance;
+mod random;
+
+/// Whether the long forms of the tests were asked for.
+fn long() -> bool {
+    std::env::var_os("MOBOT_LONG").is_some()
+}
