@@ -1,5 +1,8 @@
 //! Thinning: to lines one pixel wide.
 
+mod tiles;
+mod two_pass;
+
 use crate::distance::squared;
 use crate::{BitImage, Border, reference};
 
@@ -9,14 +12,14 @@ use crate::{BitImage, Border, reference};
 /// It may delete 2x2 blocks wholly; where counts of parts matter take [`homotopic`].
 #[must_use]
 pub fn zhang_suen(image: &BitImage) -> BitImage {
-    reference::thin::zhang_suen(image)
+    two_pass::thin::<two_pass::ZhangSuen>(image)
 }
 
 /// Thinning after Guo and Hall (Parallel thinning with two-subiteration algorithms, CACM 1989), bit for
 /// bit as OpenCV's `ximgproc.thinning`: the outermost rows and columns are never deleted.
 #[must_use]
 pub fn guo_hall(image: &BitImage) -> BitImage {
-    reference::thin::guo_hall(image)
+    two_pass::thin::<two_pass::GuoHall>(image)
 }
 
 /// Thinning to a centred skeleton one pixel wide that keeps the topology of every image: as many

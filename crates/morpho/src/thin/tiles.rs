@@ -1,0 +1,357 @@
+//! The image as tiles of 64 x 16 pixels, and which tiles may still change.
+//!
+//! Thinning visits a tile again and again until nothing in it or beside it changes. A tile is two
+//! vectors of words, its even and its odd rows, so that pixels of one row parity fill whole vectors.
+
+use crate::BitImage;
+
+/// Words in each half of a tile.
+pub(super) const LANES: usize = 8;
+/// Rows of a tile.
+const TILE_ROWS: usize = 2 * LANES;
+
+/// Eight words, one a row, every second row.
+pub(super) type Lanes = [u64; LANES];
+
+/// 16 rows of 64 pixels.
+#[derive(Clone, Copy, Default, PartialEq, Eq)]
+#[repr(align(64))]
+pub(super) struct Tile {
+    pub(super) even: Lanes,
+    pub(super) odd: Lanes,
+}
+
+impl Tile {
+    #[inline(always)]
+    pub(super) fn any(&self) -> u64 {
+        (0..LANES).fold(0, |all, i| all | self.even[i] | self.odd[i])
+    }
+}
+
+/// One row parity of a tile with the words west and east of it.
+#[derive(Clone, Copy)]
+pub(super) struct Rows {
+    west: Lanes,
+    centre: Lanes,
+    east: Lanes,
+}
+
+impl Rows {
+    /// The western neighbour of each pixel.
+    #[inline(always)]
+    pub(super) fn western(&self) -> Lanes {
+        std::array::from_fn(|i| self.centre[i] << 1 | self.west[i] >> 63)
+    }
+
+    #[inline(always)]
+    pub(super) const fn centre(&self) -> Lanes {
+        self.centre
+    }
+
+    /// The eastern neighbour of each pixel.
+    #[inline(always)]
+    pub(super) fn eastern(&self) -> Lanes {
+        std::array::from_fn(|i| self.centre[i] >> 1 | self.east[i] << 63)
+    }
+
+    /// The rows two further down: the last one comes from the tile below.
+    #[inline(always)]
+    fn down(&self, below: [u64; 3]) -> Self {
+        let shift = |lanes: &Lanes, last| {
+            std::array::from_fn(|i| if i + 1 < LANES { lanes[i + 1] } else { last })
+        };
+        Self {
+            west: shift(&self.west, below[0]),
+            centre: shift(&self.centre, below[1]),
+            east: shift(&self.east, below[2]),
+        }
+    }
+
+    /// The rows two further up: the first one comes from the tile above.
+    #[inline(always)]
+    fn up(&self, above: [u64; 3]) -> Self {
+        let shift = |lanes: &Lanes, first| {
+            std::array::from_fn(|i| if i > 0 { lanes[i - 1] } else { first })
+        };
+        Self {
+            west: shift(&self.west, above[0]),
+            centre: shift(&self.centre, above[1]),
+            east: shift(&self.east, above[2]),
+        }
+    }
+}
+
+/// A tile with all that touches it.
+#[derive(Clone, Copy)]
+pub(super) struct Window {
+    pub(super) even: Rows,
+    pub(super) odd: Rows,
+    above: [u64; 3],
+    below: [u64; 3],
+}
+
+impl Window {
+    /// The rows above the even rows.
+    #[inline(always)]
+    pub(super) fn above_even(&self) -> Rows {
+        self.odd.up(self.above)
+    }
+
+    /// The rows below the odd rows.
+    #[inline(always)]
+    pub(super) fn below_odd(&self) -> Rows {
+        self.even.down(self.below)
+    }
+
+    /// Replaces the even rows of the tile.
+    #[inline(always)]
+    pub(super) const fn set_even(&mut self, even: Lanes) {
+        self.even.centre = even;
+    }
+
+    /// Replaces the odd rows of the tile.
+    #[inline(always)]
+    pub(super) const fn set_odd(&mut self, odd: Lanes) {
+        self.odd.centre = odd;
+    }
+}
+
+/// Where the tiles of an image lie: column after column, with a margin of one tile all round.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) struct Grid {
+    width: usize,
+    height: usize,
+    columns: usize,
+    /// Tiles from one column to the next.
+    pitch: usize,
+}
+
+impl Grid {
+    pub(super) const fn new(image: &BitImage) -> Self {
+        let columns = image.stride();
+        Self {
+            width: image.width(),
+            height: image.height(),
+            columns,
+            pitch: image.height().div_ceil(TILE_ROWS) + 2,
+        }
+    }
+
+    /// Tiles, margin included.
+    pub(super) const fn len(&self) -> usize {
+        (self.columns + 2) * self.pitch
+    }
+
+    const fn index(&self, column: usize, y: usize) -> usize {
+        (column + 1) * self.pitch + y / TILE_ROWS + 1
+    }
+
+    /// The place of pixel (x, y): tile, row parity, lane, bit.
+    #[inline(always)]
+    pub(super) const fn place(&self, x: usize, y: usize) -> (usize, usize, usize, u64) {
+        let lane = y % TILE_ROWS / 2;
+        (self.index(x / 64, y), y % 2, lane, 1 << (x % 64))
+    }
+
+    /// Cuts a tile's pixels on the image's outermost rows and columns out of `tile`.
+    #[inline(always)]
+    pub(super) fn cut_frame(&self, index: usize, tile: &mut Tile) {
+        let (column, row) = (index / self.pitch - 1, index % self.pitch - 1);
+        let mut keep = u64::MAX;
+        if column == 0 {
+            keep &= !1;
+        }
+        if column + 1 == self.columns {
+            keep &= !(1 << ((self.width - 1) % 64));
+        }
+        if keep != u64::MAX {
+            for i in 0..LANES {
+                tile.even[i] &= keep;
+                tile.odd[i] &= keep;
+            }
+        }
+        if row == 0 {
+            tile.even[0] = 0;
+        }
+        if row == (self.height - 1) / TILE_ROWS {
+            let last = (self.height - 1) % TILE_ROWS;
+            let half = if last % 2 == 0 {
+                &mut tile.even
+            } else {
+                &mut tile.odd
+            };
+            half[last / 2] = 0;
+        }
+    }
+}
+
+/// An image in tiles.
+#[derive(Clone)]
+pub(super) struct Tiles {
+    grid: Grid,
+    tiles: Vec<Tile>,
+}
+
+impl Tiles {
+    pub(super) fn from_image(image: &BitImage) -> Self {
+        let grid = Grid::new(image);
+        let mut tiles = vec![Tile::default(); grid.len()];
+        for y in 0..image.height() {
+            let lane = y % TILE_ROWS / 2;
+            for (column, &word) in image.row(y).iter().enumerate() {
+                let tile = &mut tiles[grid.index(column, y)];
+                let half = if y % 2 == 0 {
+                    &mut tile.even
+                } else {
+                    &mut tile.odd
+                };
+                half[lane] = word;
+            }
+        }
+        Self { grid, tiles }
+    }
+
+    pub(super) fn to_image(&self) -> BitImage {
+        let mut image = BitImage::new(self.grid.width, self.grid.height);
+        for y in 0..self.grid.height {
+            let lane = y % TILE_ROWS / 2;
+            for (column, word) in image.row_mut(y).iter_mut().enumerate() {
+                let tile = &self.tiles[self.grid.index(column, y)];
+                *word = if y % 2 == 0 {
+                    tile.even[lane]
+                } else {
+                    tile.odd[lane]
+                };
+            }
+        }
+        image
+    }
+
+    pub(super) const fn grid(&self) -> Grid {
+        self.grid
+    }
+
+    #[inline(always)]
+    pub(super) fn get(&self, index: usize) -> &Tile {
+        &self.tiles[index]
+    }
+
+    #[inline(always)]
+    pub(super) fn get_mut(&mut self, index: usize) -> &mut Tile {
+        &mut self.tiles[index]
+    }
+
+    #[inline(always)]
+    pub(super) fn window(&self, index: usize) -> Window {
+        let column = |at: usize| &self.tiles[at - 1..at + 2];
+        let west = column(index - self.grid.pitch);
+        let centre = column(index);
+        let east = column(index + self.grid.pitch);
+        let last = LANES - 1;
+        Window {
+            even: Rows {
+                west: west[1].even,
+                centre: centre[1].even,
+                east: east[1].even,
+            },
+            odd: Rows {
+                west: west[1].odd,
+                centre: centre[1].odd,
+                east: east[1].odd,
+            },
+            above: [west[0].odd[last], centre[0].odd[last], east[0].odd[last]],
+            below: [west[2].even[0], centre[2].even[0], east[2].even[0]],
+        }
+    }
+}
+
+/// A set of tiles, visited in the order of their indices.
+#[derive(Clone)]
+pub(super) struct Active {
+    grid: Grid,
+    bits: Vec<u64>,
+}
+
+impl Active {
+    pub(super) fn none(grid: Grid) -> Self {
+        Self {
+            grid,
+            bits: vec![0; grid.len().div_ceil(64)],
+        }
+    }
+
+    /// The tiles with any pixel set.
+    pub(super) fn of(tiles: &Tiles) -> Self {
+        let mut active = Self::none(tiles.grid);
+        for (index, tile) in tiles.tiles.iter().enumerate() {
+            if tile.any() != 0 {
+                active.insert(index);
+            }
+        }
+        active
+    }
+
+    #[inline(always)]
+    pub(super) fn insert(&mut self, index: usize) {
+        self.bits[index / 64] |= 1 << (index % 64);
+    }
+
+    /// Inserts a tile with changed pixels, and the neighbours that these pixels touch.
+    #[inline(always)]
+    pub(super) fn insert_touched(&mut self, index: usize, changed: &Tile) {
+        let pitch = self.grid.pitch;
+        let all = changed.any();
+        if all == 0 {
+            return;
+        }
+        self.insert(index);
+        let columns = |word: u64| {
+            [
+                (word & 1 != 0, index - pitch),
+                (word >> 63 != 0, index + pitch),
+            ]
+        };
+        for (touched, beside) in columns(all) {
+            if touched {
+                self.insert(beside);
+            }
+        }
+        for (row, above) in [(changed.even[0], true), (changed.odd[LANES - 1], false)] {
+            if row == 0 {
+                continue;
+            }
+            let step = |at: usize| if above { at - 1 } else { at + 1 };
+            self.insert(step(index));
+            for (touched, beside) in columns(row) {
+                if touched {
+                    self.insert(step(beside));
+                }
+            }
+        }
+    }
+
+    /// Takes all tiles out and hands those inside the image to `visit`, in ascending order.
+    /// Whether there was one.
+    #[inline(always)]
+    pub(super) fn drain(&mut self, mut visit: impl FnMut(usize)) -> bool {
+        let mut found = false;
+        for (at, word) in self.bits.iter_mut().enumerate() {
+            let mut rest = std::mem::take(word);
+            while rest != 0 {
+                let index = at * 64 + rest.trailing_zeros() as usize;
+                rest &= rest - 1;
+                let row = index % self.grid.pitch;
+                let column = index / self.grid.pitch;
+                if row != 0
+                    && row + 1 != self.grid.pitch
+                    && column != 0
+                    && column != self.grid.columns + 1
+                {
+                    found = true;
+                    visit(index);
+                }
+            }
+        }
+        found
+    }
+}
