@@ -21,7 +21,7 @@ impl Pixel {
 /// A binary image. Bit `x % 64` of word `x / 64` of a row is pixel `x`; row 0 is the top.
 ///
 /// Invariant: the bits past the width in each row's last word are 0.
-#[derive(Clone, PartialEq, Eq)]
+#[derive(Clone, Default, PartialEq, Eq)]
 pub struct BitImage {
     width: usize,
     height: usize,

@@ -10,6 +10,21 @@ pub(crate) struct ElementRun {
     pub(crate) dx1: isize,
 }
 
+impl ElementRun {
+    pub(crate) const fn reflected(&self) -> Self {
+        Self {
+            dy: -self.dy,
+            dx0: -self.dx1,
+            dx1: -self.dx0,
+        }
+    }
+
+    /// The largest p such that the run has 2^p columns or more.
+    pub(crate) const fn power(&self) -> u32 {
+        (self.dx1 - self.dx0 + 1).ilog2()
+    }
+}
+
 /// A structuring element: a non-empty set of offsets (dx, dy) from an anchor.
 ///
 /// [`erode`](crate::erode) and [`dilate`](crate::dilate) at pixel p look at the pixels p + (dx, dy).
@@ -129,16 +144,7 @@ impl Element {
     #[must_use]
     pub fn reflected(&self) -> Self {
         Self {
-            runs: self
-                .runs
-                .iter()
-                .rev()
-                .map(|run| ElementRun {
-                    dy: -run.dy,
-                    dx0: -run.dx1,
-                    dx1: -run.dx0,
-                })
-                .collect(),
+            runs: self.runs.iter().rev().map(ElementRun::reflected).collect(),
         }
     }
 
@@ -164,6 +170,16 @@ impl Element {
             .iter()
             .map(|run| (run.dx1 - run.dx0 + 1).unsigned_abs())
             .sum()
+    }
+
+    /// The farthest that an offset lies from the anchor along an axis.
+    pub(crate) fn reach(&self) -> usize {
+        self.runs
+            .iter()
+            .map(|run| run.dy.abs().max(run.dx0.abs()).max(run.dx1.abs()))
+            .max()
+            .unwrap_or(0)
+            .cast_unsigned()
     }
 
     pub(crate) fn runs(&self) -> &[ElementRun] {

@@ -12,6 +12,7 @@ mod ops;
 mod pipeline;
 pub mod reference;
 pub mod thin;
+mod window;
 
 pub use bit_image::{BitImage, Pixel};
 pub use components::{Bounds, Component, Components, euler, holes};

@@ -1,5 +1,6 @@
 //! Erosion, dilation, opening, closing.
 
+use crate::window::{Buffers, Operation, Turn, sweep};
 use crate::{BitImage, Element};
 
 /// What an operation takes the pixels outside the image to be.
@@ -19,7 +20,9 @@ pub enum Border {
 /// on images of that size allocate nothing.
 #[derive(Clone, Debug, Default)]
 pub struct Workspace {
-    pub(crate) first: Option<BitImage>,
+    buffers: Buffers,
+    between: BitImage,
+    plane: BitImage,
 }
 
 impl Workspace {
@@ -31,9 +34,12 @@ impl Workspace {
 }
 
 /// The pixels p where every p + b, b in the element, is foreground.
+///
+/// `erode(x, e, border)` is the complement of [`dilate`] of the complement of x under the border
+/// rule with foreground and background exchanged. The result is OpenCV's `erode`.
 #[must_use]
 pub fn erode(image: &BitImage, element: &Element, border: Border) -> BitImage {
-    let mut out = BitImage::new(0, 0);
+    let mut out = BitImage::default();
     erode_into(image, element, border, &mut Workspace::new(), &mut out);
     out
 }
@@ -46,14 +52,15 @@ pub fn erode_into(
     workspace: &mut Workspace,
     out: &mut BitImage,
 ) {
-    let _ = workspace;
-    *out = crate::reference::ops::erode(image, element, border);
+    let step = Step::erosion(element, Turn::Upright, border);
+    step.run(image, &mut workspace.buffers, out);
 }
 
-/// The pixels p where some p + b, b in the element, is foreground.
+/// The pixels p where some p + b, b in the element, is foreground. The result is OpenCV's `dilate`;
+/// for the Minkowski sum give it [`Element::reflected`].
 #[must_use]
 pub fn dilate(image: &BitImage, element: &Element, border: Border) -> BitImage {
-    let mut out = BitImage::new(0, 0);
+    let mut out = BitImage::default();
     dilate_into(image, element, border, &mut Workspace::new(), &mut out);
     out
 }
@@ -66,14 +73,17 @@ pub fn dilate_into(
     workspace: &mut Workspace,
     out: &mut BitImage,
 ) {
-    let _ = workspace;
-    *out = crate::reference::ops::dilate(image, element, border);
+    let step = Step::dilation(element, Turn::Upright, border);
+    step.run(image, &mut workspace.buffers, out);
 }
 
-/// The union of the element's translates that fit into the foreground.
+/// The union of the translates of the element that fit into the foreground: erosion, then dilation
+/// with the reflected element, on the infinite plane, of which the image's part is returned. A
+/// subset of the image, under every border rule and for every element; under [`Border::Neutral`]
+/// opening twice changes nothing more.
 #[must_use]
 pub fn open(image: &BitImage, element: &Element, border: Border) -> BitImage {
-    let mut out = BitImage::new(0, 0);
+    let mut out = BitImage::default();
     open_into(image, element, border, &mut Workspace::new(), &mut out);
     out
 }
@@ -86,14 +96,30 @@ pub fn open_into(
     workspace: &mut Workspace,
     out: &mut BitImage,
 ) {
-    let _ = workspace;
-    *out = crate::reference::ops::open(image, element, border);
+    let steps = [
+        Step::erosion(element, Turn::Upright, border),
+        Step::dilation(element, Turn::Reflected, border),
+    ];
+    // eroded to background, the outside is neutral to the dilation too
+    let local = border == Border::Background && element.contains(0, 0);
+    both(
+        image,
+        steps,
+        local || border == Border::Neutral,
+        workspace,
+        out,
+    );
 }
 
-/// What the element's reflected translates that fit into the background leave over.
+/// Dilation, then erosion with the reflected element, on the infinite plane. A superset of the
+/// image, under every border rule and for every element; under [`Border::Neutral`] closing twice
+/// changes nothing more.
+///
+/// `close(x, e, border)` is the complement of `open` of the complement of x under the border rule
+/// with foreground and background exchanged.
 #[must_use]
 pub fn close(image: &BitImage, element: &Element, border: Border) -> BitImage {
-    let mut out = BitImage::new(0, 0);
+    let mut out = BitImage::default();
     close_into(image, element, border, &mut Workspace::new(), &mut out);
     out
 }
@@ -106,6 +132,129 @@ pub fn close_into(
     workspace: &mut Workspace,
     out: &mut BitImage,
 ) {
-    let _ = workspace;
-    *out = crate::reference::ops::close(image, element, border);
+    let steps = [
+        Step::dilation(element, Turn::Upright, border),
+        Step::erosion(element, Turn::Reflected, border),
+    ];
+    let local = border == Border::Foreground && element.contains(0, 0);
+    both(
+        image,
+        steps,
+        local || border == Border::Neutral,
+        workspace,
+        out,
+    );
+}
+
+/// One erosion or dilation.
+#[derive(Clone, Copy)]
+struct Step<'a> {
+    operation: Operation,
+    element: &'a Element,
+    turn: Turn,
+    outside: bool,
+}
+
+impl<'a> Step<'a> {
+    fn erosion(element: &'a Element, turn: Turn, border: Border) -> Self {
+        Self {
+            operation: Operation::Erode,
+            element,
+            turn,
+            outside: border != Border::Background,
+        }
+    }
+
+    fn dilation(element: &'a Element, turn: Turn, border: Border) -> Self {
+        Self {
+            operation: Operation::Dilate,
+            element,
+            turn,
+            outside: border == Border::Foreground,
+        }
+    }
+
+    fn run(&self, image: &BitImage, buffers: &mut Buffers, out: &mut BitImage) {
+        sweep(
+            image,
+            self.operation,
+            self.element,
+            self.turn,
+            self.outside,
+            buffers,
+            out,
+        );
+    }
+}
+
+/// Two steps. Unless they are `local`, what the first makes of the outside near the image matters
+/// to the second, so both run on a plane with that margin.
+fn both(
+    image: &BitImage,
+    [first, second]: [Step<'_>; 2],
+    local: bool,
+    workspace: &mut Workspace,
+    out: &mut BitImage,
+) {
+    let Workspace {
+        buffers,
+        between,
+        plane,
+    } = workspace;
+    if local {
+        first.run(image, buffers, between);
+        second.run(between, buffers, out);
+        return;
+    }
+    let margin = Margin::new(first.element.reach());
+    margin.embed(image, first.outside, plane);
+    first.run(plane, buffers, between);
+    second.run(between, buffers, plane);
+    margin.crop(plane, image.width(), image.height(), out);
+}
+
+/// A margin of whole words left, and of rows above and below.
+struct Margin {
+    words: usize,
+    rows: usize,
+}
+
+impl Margin {
+    fn new(reach: usize) -> Self {
+        Self {
+            words: reach.div_ceil(64),
+            rows: reach,
+        }
+    }
+
+    /// The image with the margin all round it, which is `outside`.
+    fn embed(&self, image: &BitImage, outside: bool, plane: &mut BitImage) {
+        let width = self.words * 64 + image.width() + self.rows;
+        plane.reset(width, image.height() + 2 * self.rows);
+        if outside {
+            plane.invert();
+        }
+        let (stride, tail) = (image.stride(), image.tail_mask());
+        for y in 0..image.height() {
+            let row = &mut plane.row_mut(y + self.rows)[self.words..][..stride];
+            let rest = row.last().map_or(0, |last| last & !tail);
+            row.copy_from_slice(image.row(y));
+            if let Some(last) = row.last_mut() {
+                *last |= rest;
+            }
+        }
+    }
+
+    /// The part of the plane inside the margin.
+    fn crop(&self, plane: &BitImage, width: usize, height: usize, out: &mut BitImage) {
+        out.reshape(width, height);
+        let (stride, tail) = (out.stride(), out.tail_mask());
+        for y in 0..height {
+            let row = out.row_mut(y);
+            row.copy_from_slice(&plane.row(y + self.rows)[self.words..][..stride]);
+            if let Some(last) = row.last_mut() {
+                *last &= tail;
+            }
+        }
+    }
 }

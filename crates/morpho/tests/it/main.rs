@@ -1,3 +1,5 @@
 //! Integration tests.
 mod distance;
 mod thin;
+mod ops;
+mod random;
