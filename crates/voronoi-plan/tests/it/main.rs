@@ -1,5 +1,6 @@
 //! Integration tests.
 
+mod check;
 mod clearance;
 mod random;
 
@@ -7,3 +8,4 @@ mod random;
 fn long() -> bool {
     std::env::var_os("MOBOT_LONG").is_some()
 }
+mod graph;
