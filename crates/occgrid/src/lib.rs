@@ -1,12 +1,24 @@
 #![doc = include_str!("../README.md")]
 
+mod evidence;
 mod explain;
+mod footprint;
 mod frame;
 mod gray;
 mod grid;
 mod log;
 #[cfg(feature = "map-files")]
+mod map_file_error;
+#[cfg(feature = "map-files")]
+mod map_image;
+#[cfg(all(feature = "map-files", feature = "image"))]
+mod map_png;
+#[cfg(feature = "map-files")]
 mod map_server;
+#[cfg(feature = "map-files")]
+mod map_values;
+#[cfg(feature = "map-files")]
+mod map_yaml;
 #[cfg(feature = "map-files")]
 mod npy;
 mod occupancy_map;
@@ -19,5 +31,20 @@ mod refine;
 mod save;
 mod sonar;
 
-pub use frame::{Cell, FrameError, GridPoint, MapFrame, Point2, Pose2};
+pub use frame::{Cell, FrameError, GridPoint, MAX_SIDE_CELLS, MapFrame, Point2, Pose2};
+pub use gray::{FREE_AT_MOST, OCCUPIED_AT_LEAST, gray_level};
+pub use grid::{GridError, GridLimits, LOG_ODDS_LIMIT, OccupancyGrid};
+pub use log::{LOG_HEADER, LogError, LogLimits, read_log, read_log_within, write_log};
 pub use occupancy_map::{CellState, OccupancyMap};
+pub use reading::{Reading, ReadingCounts, Shot};
+pub use sonar::{Profile, SonarModel, SonarModelError};
+#[cfg(feature = "map-files")]
+pub use map_file_error::MapFileError;
+#[cfg(feature = "map-files")]
+pub use map_server::{LoadOptions, LoadedMap, load_map};
+#[cfg(feature = "map-files")]
+pub use map_values::{MapMode, ThresholdRule};
+#[cfg(feature = "map-files")]
+pub use pgm::{PgmEncoding, PgmError, PgmImage, PgmLimits, read_pgm};
+#[cfg(feature = "map-files")]
+pub use save::{SaveOptions, SavedMap, save_map};
