@@ -24,7 +24,11 @@ pub(super) struct Tile {
 impl Tile {
     #[inline(always)]
     pub(super) fn any(&self) -> u64 {
-        (0..LANES).fold(0, |all, i| all | self.even[i] | self.odd[i])
+        let mut all = 0;
+        for i in 0..LANES {
+            all |= self.even[i] | self.odd[i];
+        }
+        all
     }
 }
 
@@ -40,7 +44,11 @@ impl Rows {
     /// The western neighbour of each pixel.
     #[inline(always)]
     pub(super) fn western(&self) -> Lanes {
-        std::array::from_fn(|i| self.centre[i] << 1 | self.west[i] >> 63)
+        let mut lanes = [0; LANES];
+        for i in 0..LANES {
+            lanes[i] = self.centre[i] << 1 | self.west[i] >> 63;
+        }
+        lanes
     }
 
     #[inline(always)]
@@ -51,34 +59,46 @@ impl Rows {
     /// The eastern neighbour of each pixel.
     #[inline(always)]
     pub(super) fn eastern(&self) -> Lanes {
-        std::array::from_fn(|i| self.centre[i] >> 1 | self.east[i] << 63)
+        let mut lanes = [0; LANES];
+        for i in 0..LANES {
+            lanes[i] = self.centre[i] >> 1 | self.east[i] << 63;
+        }
+        lanes
     }
 
     /// The rows two further down: the last one comes from the tile below.
     #[inline(always)]
     fn down(&self, below: [u64; 3]) -> Self {
-        let shift = |lanes: &Lanes, last| {
-            std::array::from_fn(|i| if i + 1 < LANES { lanes[i + 1] } else { last })
-        };
         Self {
-            west: shift(&self.west, below[0]),
-            centre: shift(&self.centre, below[1]),
-            east: shift(&self.east, below[2]),
+            west: shift_down(&self.west, below[0]),
+            centre: shift_down(&self.centre, below[1]),
+            east: shift_down(&self.east, below[2]),
         }
     }
 
     /// The rows two further up: the first one comes from the tile above.
     #[inline(always)]
     fn up(&self, above: [u64; 3]) -> Self {
-        let shift = |lanes: &Lanes, first| {
-            std::array::from_fn(|i| if i > 0 { lanes[i - 1] } else { first })
-        };
         Self {
-            west: shift(&self.west, above[0]),
-            centre: shift(&self.centre, above[1]),
-            east: shift(&self.east, above[2]),
+            west: shift_up(&self.west, above[0]),
+            centre: shift_up(&self.centre, above[1]),
+            east: shift_up(&self.east, above[2]),
         }
     }
+}
+
+#[inline(always)]
+fn shift_down(lanes: &Lanes, last: u64) -> Lanes {
+    let mut shifted = [last; LANES];
+    shifted[..LANES - 1].copy_from_slice(&lanes[1..]);
+    shifted
+}
+
+#[inline(always)]
+fn shift_up(lanes: &Lanes, first: u64) -> Lanes {
+    let mut shifted = [first; LANES];
+    shifted[1..].copy_from_slice(&lanes[..LANES - 1]);
+    shifted
 }
 
 /// A tile with all that touches it.

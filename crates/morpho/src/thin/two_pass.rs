@@ -4,6 +4,8 @@
 //! need not be visited when nothing in it or beside it changed since the pass of the same kind last
 //! saw it: that is, in the last two passes.
 
+use std::marker::PhantomData;
+
 use super::tiles::{Active, LANES, Lanes, Rows, Tile, Tiles};
 use crate::BitImage;
 
@@ -68,7 +70,25 @@ const fn two_or_three([a, b, c, d]: [u64; 4]) -> (u64, u64) {
 
 /// Thins until a round of both passes deletes nothing.
 pub(super) fn thin<R: Rule>(image: &BitImage) -> BitImage {
-    pulp::Arch::new().dispatch(|| thin_tiles::<R>(image))
+    pulp::Arch::new().dispatch(Job::<R> {
+        image,
+        rule: PhantomData,
+    })
+}
+
+/// The work as a type: a closure would be compiled apart, without the wide vectors.
+struct Job<'a, R> {
+    image: &'a BitImage,
+    rule: PhantomData<R>,
+}
+
+impl<R: Rule> pulp::NullaryFnOnce for Job<'_, R> {
+    type Output = BitImage;
+
+    #[inline(always)]
+    fn call(self) -> BitImage {
+        thin_tiles::<R>(self.image)
+    }
 }
 
 #[inline(always)]
@@ -81,17 +101,20 @@ fn thin_tiles<R: Rule>(image: &BitImage) -> BitImage {
     loop {
         deletions.clear();
         let grid = tiles.grid();
-        let visited = now.drain(|index| {
-            let mut deleted = if second {
-                deletions_of::<R, true>(&tiles, index)
-            } else {
-                deletions_of::<R, false>(&tiles, index)
-            };
-            grid.cut_frame(index, &mut deleted);
-            if deleted.any() != 0 {
-                deletions.push((index, deleted));
-            }
-        });
+        let visited = now.drain(
+            #[inline(always)]
+            |index| {
+                let mut deleted = if second {
+                    deletions_of::<R, true>(&tiles, index)
+                } else {
+                    deletions_of::<R, false>(&tiles, index)
+                };
+                grid.cut_frame(index, &mut deleted);
+                if deleted.any() != 0 {
+                    deletions.push((index, deleted));
+                }
+            },
+        );
         if !visited && idle {
             return tiles.to_image();
         }
