@@ -1,1 +1,127 @@
-//! (being written)
+//! From free space to the certified roadmap.
+
+use morpho::BitImage;
+use thiserror::Error;
+
+use crate::bridge::bridge;
+use crate::certify::certify;
+use crate::lattice::Lattice;
+use crate::prune::{Prune, prune_covered};
+use crate::skeleton::trace;
+use crate::{ClearanceField, FreeSpace, VoronoiGraph};
+
+/// What a roadmap is made for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default))]
+pub struct GraphParams {
+    /// Radius of the robot, seen as a disc about the point that follows the graph [m], 0 or more and
+    /// finite. Raising it closes passages. Default 0.375: half the side of the 0.75 m base of Choi, Ryu
+    /// and Kim, 1999.
+    pub radius: f64,
+    /// Which dead ends stay. Default: those that reach what their junction does not cover.
+    pub prune: Prune,
+}
+
+impl Default for GraphParams {
+    fn default() -> Self {
+        Self {
+            radius: 0.375,
+            prune: Prune::default(),
+        }
+    }
+}
+
+/// Why a roadmap was not made.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum BuildError {
+    /// The radius is not a length.
+    #[error("radius must be 0 m or more and finite, found {found}")]
+    Radius {
+        /// [m]
+        found: f64,
+    },
+}
+
+impl VoronoiGraph {
+    /// The roadmap of a free space for a robot's radius. An empty graph where the robot fits nowhere.
+    ///
+    /// Every arc keeps at least the radius from everything that is not free, by construction. Two cells
+    /// where the robot fits are joined by admissible links (see [`Lattice`]) only if the roadmap's nearest
+    /// parts are joined too: it has exactly one component for each component of the lattice.
+    ///
+    /// Method: the cells whose clearance suffices for every link between them are thinned to a skeleton
+    /// of the same components and holes, which is traced, pruned, bridged where only a link of less spare
+    /// clearance passes, and certified.
+    ///
+    /// # Errors
+    /// [`BuildError::Radius`] where the radius is negative or not finite.
+    pub fn build(space: &FreeSpace, params: &GraphParams) -> Result<Self, BuildError> {
+        checked_radius(params)?;
+        Self::build_on(space, &ClearanceField::new(space), params)
+    }
+
+    /// As [`Self::build`], with the clearance field of `space` at hand.
+    ///
+    /// # Errors
+    /// As [`Self::build`].
+    ///
+    /// # Panics
+    /// If the field is not of the size of the space.
+    pub fn build_on(
+        space: &FreeSpace,
+        field: &ClearanceField,
+        params: &GraphParams,
+    ) -> Result<Self, BuildError> {
+        let radius = checked_radius(params)?;
+        let lattice = Lattice::new(space.cells(), field, radius / space.frame().resolution());
+        let (core, left_out) = foreground(&lattice);
+        let mut draft = trace(&morpho::thin::homotopic(&core));
+        if params.prune == Prune::Covered {
+            draft = prune_covered(draft, |cell| lattice.squared_doubled(cell));
+        }
+        draft = draft.merge_clusters(|cell| lattice.squared_doubled(cell));
+        if let Some(left_out) = left_out {
+            draft.keep_to(&lattice);
+            draft = bridge(draft, &core, &left_out, &lattice);
+        }
+        Ok(certify(draft, space.frame(), field, &lattice, radius))
+    }
+}
+
+fn checked_radius(params: &GraphParams) -> Result<f64, BuildError> {
+    let found = params.radius;
+    if found.is_finite() && found >= 0.0 {
+        Ok(found)
+    } else {
+        Err(BuildError::Radius { found })
+    }
+}
+
+/// The cells to thin, and the cells of the lattice that are not among them, if any lacks the spare
+/// clearance that makes every link between 8-neighbours admissible.
+///
+/// A point obstacle that keeps `m` from both ends of a link of length `l` keeps `sqrt(m^2 - l^2 / 4)` from
+/// the link, and `l^2 <= 2`: with `(2 m)^2` at least `need + 2` at both ends nothing can go wrong. A cell
+/// below that stays in where every link to a diagonal neighbour is admissible, or can go round by a cell
+/// beside it.
+fn foreground(lattice: &Lattice<'_>) -> (BitImage, Option<BitImage>) {
+    let mut core = lattice.at_least(lattice.need());
+    let mut narrow = core.clone();
+    narrow.subtract(&lattice.at_least(lattice.need().saturating_add(2)));
+    if narrow.count_ones() == 0 {
+        return (core, None);
+    }
+    let mut left_out = BitImage::new(core.width(), core.height());
+    for cell in Lattice::cells_of(&narrow) {
+        let stuck = lattice.neighbours(cell).any(|other| {
+            core.get(other.col as usize, other.row as usize) && lattice.way(cell, other).is_none()
+        });
+        if stuck {
+            left_out.set(cell.col as usize, cell.row as usize, true);
+            core.set(cell.col as usize, cell.row as usize, false);
+        }
+    }
+    (core, Some(left_out))
+}

@@ -4,6 +4,7 @@
 //! free; cells are squares, unknown cells and everything outside the map are not free.
 
 use occgrid::{Cell, MapFrame, Point2};
+use petgraph::unionfind::UnionFind;
 
 /// What a node is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -72,4 +73,64 @@ pub struct VoronoiGraph {
     pub nodes: Vec<Node>,
     /// Arcs, in a fixed order.
     pub arcs: Vec<Arc>,
+}
+
+impl VoronoiGraph {
+    /// For each node the number of its connected component, from 0 in the order of the components'
+    /// first nodes.
+    #[must_use]
+    pub fn component_of_nodes(&self) -> Vec<usize> {
+        let mut parts = UnionFind::<usize>::new(self.nodes.len());
+        for arc in &self.arcs {
+            parts.union(arc.from, arc.to);
+        }
+        let mut number = vec![usize::MAX; self.nodes.len()];
+        let mut count = 0;
+        (0..self.nodes.len())
+            .map(|node| {
+                let root = parts.find_mut(node);
+                if number[root] == usize::MAX {
+                    number[root] = count;
+                    count += 1;
+                }
+                number[root]
+            })
+            .collect()
+    }
+
+    /// How many connected components there are.
+    #[must_use]
+    pub fn components(&self) -> usize {
+        self.component_of_nodes()
+            .into_iter()
+            .max()
+            .map_or(0, |last| last + 1)
+    }
+
+    /// How many independent cycles there are: arcs - nodes + components.
+    #[must_use]
+    pub fn cycles(&self) -> usize {
+        self.arcs.len() + self.components() - self.nodes.len()
+    }
+
+    /// The least certified clearance of an arc or node [m]; `None` for the empty graph.
+    #[must_use]
+    pub fn min_clearance(&self) -> Option<f64> {
+        let arcs = self.arcs.iter().map(|arc| arc.clearance);
+        let nodes = self.nodes.iter().map(|node| node.clearance);
+        arcs.chain(nodes).reduce(f64::min)
+    }
+
+    /// How many arcs touch or cross a cell that is not free: always 0 in a graph made by
+    /// [`VoronoiGraph::build`].
+    #[must_use]
+    pub fn crossings(&self) -> usize {
+        self.arcs.iter().filter(|arc| arc.clearance <= 0.0).count()
+    }
+
+    /// Length of all arcs [m].
+    #[must_use]
+    pub fn total_length(&self) -> f64 {
+        self.arcs.iter().map(|arc| arc.length).sum()
+    }
 }

@@ -1,21 +1,31 @@
 #![doc = include_str!("../README.md")]
 
 mod access;
+mod bottleneck;
 mod bridge;
 mod build;
+mod certify;
 pub mod check;
 mod clearance;
 mod free_space;
 #[cfg(feature = "geojson")]
 pub mod geojson;
 mod graph;
+mod lattice;
 mod paper;
 mod plan;
 mod prune;
+mod roadmap;
 mod route;
 mod skeleton;
 mod square;
+mod window;
 
+pub use build::{BuildError, GraphParams};
 pub use clearance::{ClearanceField, SegmentClearance, TIE_CELLS};
 pub use free_space::FreeSpace;
 pub use graph::{Arc, Node, NodeKind, VoronoiGraph};
+pub use lattice::Lattice;
+pub use plan::{Bottleneck, GraphRoute, Plan, PlanParams, PlanStatus, Planner};
+pub use prune::Prune;
+pub use route::Route;

@@ -2,10 +2,10 @@
 
 mod check;
 mod clearance;
+mod graph;
 mod random;
 
 /// Whether the long forms of the tests were asked for.
 fn long() -> bool {
     std::env::var_os("MOBOT_LONG").is_some()
 }
-mod graph;
