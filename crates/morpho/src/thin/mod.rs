@@ -1,10 +1,14 @@
 //! Thinning: to lines one pixel wide.
 
+mod homotopic;
+mod octagons;
+mod ordered;
 mod tiles;
 mod two_pass;
 
-use crate::distance::squared;
-use crate::{BitImage, Border, reference};
+use crate::BitImage;
+use octagons::Octagons;
+use ordered::Ordered;
 
 /// Thinning after Zhang and Suen (A fast parallel algorithm for thinning digital patterns, CACM 1984),
 /// bit for bit as OpenCV's `ximgproc.thinning`: the outermost rows and columns are never deleted.
@@ -26,11 +30,7 @@ pub fn guo_hall(image: &BitImage) -> BitImage {
 /// 8-connected foreground components and 4-connected background components (outside = background).
 #[must_use]
 pub fn homotopic(image: &BitImage) -> BitImage {
-    let order: Vec<u32> = squared(image, Border::Background)
-        .into_iter()
-        .map(|d| d.isqrt())
-        .collect();
-    homotopic_ordered(image, &order)
+    homotopic::thin(image, Octagons::new(image))
 }
 
 /// As [`homotopic`], peeled in ascending `order` (one value a pixel, row after row; background's are
@@ -40,5 +40,10 @@ pub fn homotopic(image: &BitImage) -> BitImage {
 /// If `order` has not one entry a pixel.
 #[must_use]
 pub fn homotopic_ordered(image: &BitImage, order: &[u32]) -> BitImage {
-    reference::thin::homotopic_ordered(image, order)
+    assert_eq!(
+        order.len(),
+        image.width() * image.height(),
+        "one order a pixel"
+    );
+    homotopic::thin(image, Ordered::new(image, order))
 }

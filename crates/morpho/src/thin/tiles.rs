@@ -30,6 +30,22 @@ impl Tile {
         }
         all
     }
+
+    #[inline(always)]
+    pub(super) fn subtract(&mut self, other: &Self) {
+        *self = self.difference(other);
+    }
+
+    /// The pixels that are not in `other`.
+    #[inline(always)]
+    pub(super) fn difference(&self, other: &Self) -> Self {
+        let mut tile = *self;
+        for i in 0..LANES {
+            tile.even[i] &= !other.even[i];
+            tile.odd[i] &= !other.odd[i];
+        }
+        tile
+    }
 }
 
 /// One row parity of a tile with the words west and east of it.
@@ -64,6 +80,26 @@ impl Rows {
             lanes[i] = self.centre[i] >> 1 | self.east[i] << 63;
         }
         lanes
+    }
+
+    /// Drops pixels from the tile itself.
+    #[inline(always)]
+    pub(super) fn subtract(&mut self, pixels: &Lanes) {
+        for i in 0..LANES {
+            self.centre[i] &= !pixels[i];
+        }
+    }
+
+    /// The pixels set in both.
+    #[inline(always)]
+    pub(super) fn intersection(&self, other: &Self) -> Self {
+        let mut rows = *self;
+        for i in 0..LANES {
+            rows.west[i] &= other.west[i];
+            rows.centre[i] &= other.centre[i];
+            rows.east[i] &= other.east[i];
+        }
+        rows
     }
 
     /// The rows two further down: the last one comes from the tile below.
@@ -122,18 +158,6 @@ impl Window {
     pub(super) fn below_odd(&self) -> Rows {
         self.even.down(self.below)
     }
-
-    /// Replaces the even rows of the tile.
-    #[inline(always)]
-    pub(super) const fn set_even(&mut self, even: Lanes) {
-        self.even.centre = even;
-    }
-
-    /// Replaces the odd rows of the tile.
-    #[inline(always)]
-    pub(super) const fn set_odd(&mut self, odd: Lanes) {
-        self.odd.centre = odd;
-    }
 }
 
 /// Where the tiles of an image lie: column after column, with a margin of one tile all round.
@@ -166,13 +190,6 @@ impl Grid {
         (column + 1) * self.pitch + y / TILE_ROWS + 1
     }
 
-    /// The place of pixel (x, y): tile, row parity, lane, bit.
-    #[inline(always)]
-    pub(super) const fn place(&self, x: usize, y: usize) -> (usize, usize, usize, u64) {
-        let lane = y % TILE_ROWS / 2;
-        (self.index(x / 64, y), y % 2, lane, 1 << (x % 64))
-    }
-
     /// Cuts a tile's pixels on the image's outermost rows and columns out of `tile`.
     #[inline(always)]
     pub(super) fn cut_frame(&self, index: usize, tile: &mut Tile) {
@@ -202,6 +219,20 @@ impl Grid {
             };
             half[last / 2] = 0;
         }
+    }
+}
+
+/// Where a pixel is kept.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Place {
+    tile: u32,
+    row: u8,
+    bit: u8,
+}
+
+impl Place {
+    pub(super) const fn tile(self) -> usize {
+        self.tile as usize
     }
 }
 
@@ -245,6 +276,42 @@ impl Tiles {
             }
         }
         image
+    }
+
+    /// As many tiles with no pixel set.
+    pub(super) fn cleared(&self) -> Self {
+        Self {
+            grid: self.grid,
+            tiles: vec![Tile::default(); self.tiles.len()],
+        }
+    }
+
+    /// Where pixel (x, y) is kept.
+    pub(super) const fn place(&self, x: usize, y: usize) -> Place {
+        let row = y % TILE_ROWS;
+        Place {
+            tile: self.grid.index(x / 64, y) as u32,
+            row: row as u8,
+            bit: (x % 64) as u8,
+        }
+    }
+
+    pub(super) fn set(&mut self, place: Place) {
+        *self.word(place) |= 1 << place.bit;
+    }
+
+    pub(super) fn clear(&mut self, place: Place) {
+        *self.word(place) &= !(1 << place.bit);
+    }
+
+    fn word(&mut self, place: Place) -> &mut u64 {
+        let tile = &mut self.tiles[place.tile()];
+        let half = if place.row % 2 == 0 {
+            &mut tile.even
+        } else {
+            &mut tile.odd
+        };
+        &mut half[usize::from(place.row / 2)]
     }
 
     pub(super) const fn grid(&self) -> Grid {
@@ -353,10 +420,18 @@ impl Active {
     /// Takes all tiles out and hands those inside the image to `visit`, in ascending order.
     /// Whether there was one.
     #[inline(always)]
-    pub(super) fn drain(&mut self, mut visit: impl FnMut(usize)) -> bool {
+    pub(super) fn drain(&mut self, visit: impl FnMut(usize)) -> bool {
+        let found = self.visit(visit);
+        self.bits.fill(0);
+        found
+    }
+
+    /// Hands the tiles inside the image to `visit`, in ascending order. Whether there was one.
+    #[inline(always)]
+    pub(super) fn visit(&self, mut visit: impl FnMut(usize)) -> bool {
         let mut found = false;
-        for (at, word) in self.bits.iter_mut().enumerate() {
-            let mut rest = std::mem::take(word);
+        for (at, &word) in self.bits.iter().enumerate() {
+            let mut rest = word;
             while rest != 0 {
                 let index = at * 64 + rest.trailing_zeros() as usize;
                 rest &= rest - 1;

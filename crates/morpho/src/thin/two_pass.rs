@@ -120,11 +120,7 @@ fn thin_tiles<R: Rule>(image: &BitImage) -> BitImage {
         }
         idle = !visited;
         for (index, deleted) in &deletions {
-            let tile = tiles.get_mut(*index);
-            for i in 0..LANES {
-                tile.even[i] &= !deleted.even[i];
-                tile.odd[i] &= !deleted.odd[i];
-            }
+            tiles.get_mut(*index).subtract(deleted);
             next.insert_touched(*index, deleted);
             now.insert_touched(*index, deleted);
         }
