@@ -19,6 +19,9 @@ pub const TIE_CELLS: f64 = 1e-9;
 /// the truth.
 const CLAIM_MARGIN: f64 = 1e-9;
 
+/// What the conversion of points between frames may lose [m].
+const ROUNDING: f64 = 1e-11;
+
 /// Step along a segment where the bounds do not decide [cells].
 const STEP: f64 = 0.75;
 
@@ -138,6 +141,11 @@ impl ClearanceField {
         let mut best = self.to_border(a);
         best.keep_nearer(self.to_border(b));
         best.squared >= need * need && !self.search(&Line::new(a, b), need, &mut best, true)
+    }
+
+    /// The cells that are free.
+    pub(crate) const fn free_cells(&self) -> &BitImage {
+        &self.cells
     }
 
     fn of_center(&self, col: usize, row: usize) -> f64 {
@@ -284,11 +292,11 @@ fn columns_within(p: GridPoint, q: GridPoint, row: f64, reach: f64) -> (f64, f64
 }
 
 /// The clearance [m] to claim for an exact one: a nanometre less, but not less than `radius` where the
-/// exact value reaches it.
+/// exact value reaches it to within rounding.
 pub(crate) fn claim(exact: f64, radius: f64) -> f64 {
     let claimed = (exact - CLAIM_MARGIN).max(0.0);
-    if exact >= radius * (1.0 - 1e-12) {
-        claimed.max(radius.min(exact))
+    if exact >= radius - ROUNDING {
+        claimed.max(radius)
     } else {
         claimed
     }

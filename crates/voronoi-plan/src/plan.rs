@@ -1,1 +1,503 @@
-//! (being written)
+//! From start to goal: certified, complete for the radius, and short.
+
+use std::sync::{Mutex, PoisonError};
+
+use occgrid::{Cell, GridPoint, MapFrame, Point2};
+
+use crate::access::{Access, center, entries};
+use crate::bottleneck::{Narrowest, widest};
+use crate::clearance::claim;
+use crate::lattice::Lattice;
+use crate::roadmap::{Roadmap, Scratch, Spot, Way};
+use crate::route::{Route, length_of, shorten};
+use crate::square::squared_distance;
+use crate::window::{self, Window, WindowScratch};
+use crate::{ClearanceField, FreeSpace, TIE_CELLS, VoronoiGraph};
+
+/// How hard to look for a short route.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default))]
+pub struct PlanParams {
+    /// Routes over the roadmap that are shortened and compared, 1 or more. Raising it costs the same
+    /// time again for each. Default 4.
+    pub alternatives: usize,
+    /// The factor by which the arcs of a route get dearer for the next alternative, above 1. Raising it
+    /// makes the alternatives differ more. Default 1.4.
+    pub penalty: f32,
+    /// Start and goal that lie in a window of at most this many cells are joined by an exact search of
+    /// the grid in that window as well [cells]. Default 16384.
+    pub window: usize,
+}
+
+impl Default for PlanParams {
+    fn default() -> Self {
+        Self {
+            alternatives: 4,
+            penalty: 1.4,
+            window: 16_384,
+        }
+    }
+}
+
+/// The answer to a query.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Plan {
+    /// Start and goal are joined.
+    Ok(Route),
+    /// They are not, for this radius.
+    NoRoute {
+        /// The narrowest place of the widest way between them; `None` if there is no way for any radius.
+        bottleneck: Option<Bottleneck>,
+    },
+    /// The robot does not fit at the start.
+    StartBlocked {
+        /// Clearance there [m].
+        clearance: f64,
+    },
+    /// The robot does not fit at the goal.
+    GoalBlocked {
+        /// Clearance there [m].
+        clearance: f64,
+    },
+    /// Start or goal is not on the map.
+    Outside,
+}
+
+/// What became of a query, in a word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[non_exhaustive]
+pub enum PlanStatus {
+    /// There is a route.
+    Ok,
+    /// There is none for this radius.
+    NoRoute,
+    /// The robot does not fit at the start.
+    StartBlocked,
+    /// The robot does not fit at the goal.
+    GoalBlocked,
+    /// Start or goal is not on the map.
+    Outside,
+}
+
+impl std::fmt::Display for PlanStatus {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Ok => "ok",
+            Self::NoRoute => "no_route",
+            Self::StartBlocked => "start_blocked",
+            Self::GoalBlocked => "goal_blocked",
+            Self::Outside => "outside",
+        })
+    }
+}
+
+impl Plan {
+    /// What became of the query.
+    #[must_use]
+    pub const fn status(&self) -> PlanStatus {
+        match self {
+            Self::Ok(_) => PlanStatus::Ok,
+            Self::NoRoute { .. } => PlanStatus::NoRoute,
+            Self::StartBlocked { .. } => PlanStatus::StartBlocked,
+            Self::GoalBlocked { .. } => PlanStatus::GoalBlocked,
+            Self::Outside => PlanStatus::Outside,
+        }
+    }
+
+    /// The route, if there is one.
+    #[must_use]
+    pub const fn route(&self) -> Option<&Route> {
+        match self {
+            Self::Ok(route) => Some(route),
+            _ => None,
+        }
+    }
+}
+
+/// The narrowest place of the widest way between a start and a goal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Bottleneck {
+    /// Where it is.
+    pub place: Point2,
+    /// How wide it is there [m]: a robot of half this radius passes, none larger does.
+    pub width: f64,
+    /// How wide it would have to be for the robot [m].
+    pub needed: f64,
+}
+
+/// A way between two nodes of the roadmap.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GraphRoute {
+    /// Arcs in order, as indices in the graph.
+    pub arcs: Vec<usize>,
+    /// Their length [m].
+    pub length: f64,
+}
+
+/// A roadmap and its map made ready for queries.
+///
+/// Complete: a route is found whenever start and goal are joined by links between 8-neighbour cells that
+/// keep the radius (see [`Lattice`]), even if the roadmap is not.
+///
+/// 5 bytes and 1 bit a cell, and the roadmap. Answers are a function of the inputs alone.
+#[derive(Debug)]
+pub struct Planner {
+    frame: MapFrame,
+    radius: f64,
+    min: f64,
+    field: ClearanceField,
+    road: Roadmap,
+    access: Access,
+    params: PlanParams,
+    idle: Mutex<Vec<Memory>>,
+}
+
+/// What one query at a time works in.
+#[derive(Debug, Default)]
+struct Memory {
+    road: Scratch,
+    window: WindowScratch,
+}
+
+/// One end of a query.
+struct End {
+    point: GridPoint,
+    entries: Vec<Cell>,
+}
+
+impl Planner {
+    /// A planner for the graph's radius, with [`PlanParams::default`]. Arcs that do not keep the radius
+    /// from what is not free in `space` are not used. Linear in the cells of the map.
+    ///
+    /// # Panics
+    /// If the field is not of the size of the space.
+    #[must_use]
+    pub fn new(space: &FreeSpace, graph: &VoronoiGraph, field: ClearanceField) -> Self {
+        Self::with_params(space, graph, field, PlanParams::default())
+    }
+
+    /// As [`Self::new`], with parameters.
+    ///
+    /// # Panics
+    /// If the field is not of the size of the space.
+    #[must_use]
+    pub fn with_params(
+        space: &FreeSpace,
+        graph: &VoronoiGraph,
+        field: ClearanceField,
+        params: PlanParams,
+    ) -> Self {
+        let frame = *space.frame();
+        let min = graph.radius / frame.resolution();
+        let road = Roadmap::new(graph, &frame, &field, min);
+        let lattice = Lattice::new(field.free_cells(), &field, min);
+        let access = Access::new(&lattice, &road, grid_of(&frame));
+        Self {
+            frame,
+            radius: graph.radius,
+            min,
+            road,
+            access,
+            field,
+            params,
+            idle: Mutex::default(),
+        }
+    }
+
+    /// Radius of the robot [m].
+    #[must_use]
+    pub const fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// The clearance of the map.
+    #[must_use]
+    pub const fn field(&self) -> &ClearanceField {
+        &self.field
+    }
+
+    /// A certified route between two points of the map frame, or why there is none.
+    #[must_use]
+    pub fn plan(&self, from: Point2, to: Point2) -> Plan {
+        if self.frame.cell_at(from).is_none() || self.frame.cell_at(to).is_none() {
+            return Plan::Outside;
+        }
+        let [start, goal] = [from, to].map(|p| self.frame.grid_from_map(p));
+        let metres = self.frame.resolution();
+        let clearance = self.field.of_point(start);
+        if !self.fits(clearance) {
+            return Plan::StartBlocked {
+                clearance: claim(clearance * metres, self.radius),
+            };
+        }
+        let clearance = self.field.of_point(goal);
+        if !self.fits(clearance) {
+            return Plan::GoalBlocked {
+                clearance: claim(clearance * metres, self.radius),
+            };
+        }
+        let mut memory = self.take_memory();
+        let found = self.find(start, goal, &mut memory);
+        self.idle
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .push(memory);
+        match found {
+            Ok((line, arcs)) => Plan::Ok(self.certified(&line, arcs, (from, to))),
+            Err(narrowest) => Plan::NoRoute {
+                bottleneck: narrowest.map(|n| self.bottleneck(n)),
+            },
+        }
+    }
+
+    /// The shortest way over the roadmap between two of its nodes; `None` where they are not joined.
+    #[must_use]
+    pub fn search(&self, from: usize, to: usize) -> Option<GraphRoute> {
+        let (from, to) = (self.road.spot_at_node(from)?, self.road.spot_at_node(to)?);
+        let mut memory = self.take_memory();
+        let way = self.road.search(from, to, &mut memory.road);
+        self.idle
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .push(memory);
+        way.map(|way| GraphRoute {
+            arcs: self.arcs_of(&way),
+            length: way.length * self.frame.resolution(),
+        })
+    }
+
+    fn take_memory(&self) -> Memory {
+        let mut idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner);
+        idle.pop().unwrap_or_default()
+    }
+
+    fn lattice(&self, min: f64) -> Lattice<'_> {
+        Lattice::new(self.field.free_cells(), &self.field, min)
+    }
+
+    fn fits(&self, clearance: f64) -> bool {
+        clearance > 0.0 && clearance >= self.min - TIE_CELLS
+    }
+
+    /// The clearance to which new pieces of a route are held: above the radius by more than rounding.
+    fn strict(&self) -> f64 {
+        self.min + 2.0 * TIE_CELLS
+    }
+
+    /// The shortest line found, with the arcs it came from, or the bottleneck.
+    fn find(
+        &self,
+        start: GridPoint,
+        goal: GridPoint,
+        memory: &mut Memory,
+    ) -> Result<(Vec<GridPoint>, Vec<usize>), Option<Narrowest>> {
+        if self.field.segment_is_clear(start, goal, self.strict()) {
+            return Ok((vec![start, goal], Vec::new()));
+        }
+        let lattice = self.lattice(self.min);
+        let [start, goal] = [start, goal].map(|point| End {
+            point,
+            entries: entries(&lattice, &self.field, point, self.min),
+        });
+        let near = self.near(&lattice, &start, &goal, memory);
+        let far = self.over_the_roadmap(
+            &start,
+            &goal,
+            near.as_ref().map(|line| length_of(line)),
+            memory,
+        );
+        match (near, far) {
+            (_, Some(found)) => Ok(found),
+            (Some(near), None) => Ok((near, Vec::new())),
+            (None, None) => self.last_resort(&lattice, &start, &goal, memory),
+        }
+    }
+
+    /// The shortest way on the grid in a window around start and goal, if that is small.
+    fn near(
+        &self,
+        lattice: &Lattice<'_>,
+        start: &End,
+        goal: &End,
+        memory: &mut Memory,
+    ) -> Option<Vec<GridPoint>> {
+        let (&a, &b) = (start.entries.first()?, goal.entries.first()?);
+        let margin = 8 + a.col.abs_diff(b.col).max(a.row.abs_diff(b.row)) / 2;
+        let size = (self.frame.width(), self.frame.height());
+        let window = Window::around([a, b].into_iter(), margin, size);
+        if window.area() > self.params.window {
+            return None;
+        }
+        let cells = window::search(lattice, window, (a, b), u32::MAX, &mut memory.window)?;
+        let line = ends_and_cells(start, &cells, goal);
+        Some(shorten(&self.field, &line, self.strict()))
+    }
+
+    /// The best of several ways over the roadmap, if one is shorter than `bound`.
+    fn over_the_roadmap(
+        &self,
+        start: &End,
+        goal: &End,
+        bound: Option<f64>,
+        memory: &mut Memory,
+    ) -> Option<(Vec<GridPoint>, Vec<usize>)> {
+        let ((walk_in, from), (walk_out, to)) = self.spots(start, goal)?;
+        let mut best: Option<(Vec<GridPoint>, Vec<usize>)> = None;
+        let mut least = bound.unwrap_or(f64::INFINITY);
+        let direct = squared_distance(start.point, goal.point).sqrt();
+        let mut seen: Vec<Way> = Vec::new();
+        for _ in 0..self.params.alternatives.max(1) {
+            let Some(way) = self.road.search(from, to, &mut memory.road) else {
+                break;
+            };
+            memory.road.penalise(&way, self.params.penalty);
+            if seen.contains(&way) {
+                continue;
+            }
+            let line = self.line(start, &walk_in, &way, &walk_out, goal);
+            let line = shorten(&self.field, &line, self.strict());
+            let length = length_of(&line);
+            if length < least {
+                least = length;
+                best = Some((line, self.arcs_of(&way)));
+            }
+            seen.push(way);
+            if least <= direct * 1.02 {
+                break;
+            }
+        }
+        memory.road.forgive();
+        best
+    }
+
+    /// Where start and goal enter the same component of the roadmap, and the cells on the way there.
+    #[expect(clippy::type_complexity, reason = "two of the same pair, used once")]
+    fn spots(&self, start: &End, goal: &End) -> Option<((Vec<Cell>, Spot), (Vec<Cell>, Spot))> {
+        let outs: Vec<_> = goal
+            .entries
+            .iter()
+            .filter_map(|&cell| self.access.walk(cell))
+            .collect();
+        start.entries.iter().find_map(|&cell| {
+            let walk_in = self.access.walk(cell)?;
+            let component = self.road.component(walk_in.1);
+            let walk_out = outs
+                .iter()
+                .find(|out| self.road.component(out.1) == component)?;
+            Some((walk_in, walk_out.clone()))
+        })
+    }
+
+    fn line(
+        &self,
+        start: &End,
+        walk_in: &[Cell],
+        way: &Way,
+        walk_out: &[Cell],
+        goal: &End,
+    ) -> Vec<GridPoint> {
+        let mut line = vec![start.point];
+        line.extend(walk_in.iter().map(|&cell| center(cell)));
+        for &leg in &way.legs {
+            line.extend(self.road.points(leg));
+        }
+        line.extend(walk_out.iter().rev().map(|&cell| center(cell)));
+        line.push(goal.point);
+        line.dedup();
+        line
+    }
+
+    fn arcs_of(&self, way: &Way) -> Vec<usize> {
+        let mut arcs: Vec<usize> = way
+            .legs
+            .iter()
+            .filter(|leg| leg.from != leg.to)
+            .filter_map(|&leg| self.road.arc_of(leg))
+            .collect();
+        arcs.dedup();
+        arcs
+    }
+
+    /// Start and goal are not joined over the roadmap: are they at all?
+    fn last_resort(
+        &self,
+        lattice: &Lattice<'_>,
+        start: &End,
+        goal: &End,
+        memory: &mut Memory,
+    ) -> Result<(Vec<GridPoint>, Vec<usize>), Option<Narrowest>> {
+        let grid = grid_of(&self.frame);
+        let reach = |end: &End| match end.entries.as_slice() {
+            [] => vec![Cell::new(end.point.col as u32, end.point.row as u32)],
+            cells => cells.to_vec(),
+        };
+        let narrowest = widest(&self.lattice(0.0), grid, &reach(start), &reach(goal));
+        if narrowest.is_none_or(|n| n.squared_doubled < lattice.need()) {
+            return Err(narrowest);
+        }
+        for &a in &start.entries {
+            for &b in &goal.entries {
+                let found = window::search(lattice, grid, (a, b), u32::MAX, &mut memory.window);
+                if let Some(cells) = found {
+                    let line = ends_and_cells(start, &cells, goal);
+                    return Ok((shorten(&self.field, &line, self.strict()), Vec::new()));
+                }
+            }
+        }
+        Err(narrowest)
+    }
+
+    fn certified(
+        &self,
+        line: &[GridPoint],
+        arcs: Vec<usize>,
+        (from, to): (Point2, Point2),
+    ) -> Route {
+        let mut least = self.field.of_segment(line[0], line[0]);
+        for piece in line.windows(2) {
+            let found = self.field.of_segment(piece[0], piece[1]);
+            if found.clearance < least.clearance {
+                least = found;
+            }
+        }
+        let mut points: Vec<Point2> = line.iter().map(|&p| self.frame.map_from_grid(p)).collect();
+        let last = points.len() - 1;
+        points[0] = from;
+        points[last] = to;
+        Route {
+            length: points.windows(2).map(|p| p[0].distance(p[1])).sum(),
+            points,
+            clearance: claim(least.clearance * self.frame.resolution(), self.radius),
+            bottleneck: self.frame.map_from_grid(least.at),
+            nearest_obstacle: self.frame.map_from_grid(least.obstacle),
+            arcs,
+        }
+    }
+
+    fn bottleneck(&self, narrowest: Narrowest) -> Bottleneck {
+        let [a, b] = narrowest.link.map(center);
+        let at = self.field.of_segment(a, b).at;
+        Bottleneck {
+            place: self.frame.map_from_grid(at),
+            width: f64::from(narrowest.squared_doubled).sqrt() * self.frame.resolution(),
+            needed: 2.0 * self.radius,
+        }
+    }
+}
+
+fn ends_and_cells(start: &End, cells: &[Cell], goal: &End) -> Vec<GridPoint> {
+    let mut line = vec![start.point];
+    line.extend(cells.iter().map(|&cell| center(cell)));
+    line.push(goal.point);
+    line.dedup();
+    line
+}
+
+fn grid_of(frame: &MapFrame) -> Window {
+    Window::whole((frame.width(), frame.height()))
+}
