@@ -79,7 +79,9 @@ impl EvidenceTables {
             table
         };
         let echo = tabulate(&|k| {
-            let from_echo = k * bin - front;
+            // the last bin is still inside the density, however its place is rounded
+            let end = BACK_SIGMAS * model.sigma * (1.0 - 1e-12) + margin;
+            let from_echo = (k * bin - front).min(end);
             let sample = |s| {
                 let depth = (s as f64 + 0.5) / samples as f64 - 0.5;
                 log_odds(model.occupancy(from_echo + depth * resolution, 0.0))

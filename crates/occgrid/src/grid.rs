@@ -301,15 +301,10 @@ impl OccupancyGrid {
 
     /// Makes the grid cover a rectangle of the lattice, in whole blocks; returns what it covers then.
     fn grow(&mut self, needed: &Bounds) -> Result<Bounds, GridError> {
-        let cols = blocks(&needed.cols);
-        let rows = blocks(&needed.rows);
         let old = self.covered.clone();
-        let new = match &old {
-            Some(old) => Bounds {
-                cols: hull(&old.cols, &cols),
-                rows: hull(&old.rows, &rows),
-            },
-            None => Bounds { cols, rows },
+        let new = Bounds {
+            cols: extended(old.as_ref().map(|b| &b.cols), &needed.cols),
+            rows: extended(old.as_ref().map(|b| &b.rows), &needed.rows),
         };
         if old.as_ref() == Some(&new) {
             return Ok(new);
@@ -395,10 +390,24 @@ fn add_evidence(
     }
 }
 
-fn blocks(range: &Range<i64>) -> Range<i64> {
-    range.start.div_euclid(BLOCK) * BLOCK..(range.end + BLOCK - 1).div_euclid(BLOCK) * BLOCK
-}
-
-fn hull(a: &Range<i64>, b: &Range<i64>) -> Range<i64> {
-    a.start.min(b.start)..a.end.max(b.end)
+/// What is covered, extended to what is needed: each side that must move goes to the end of a block, the others
+/// stay, so the result does not depend on the order of the needs.
+fn extended(covered: Option<&Range<i64>>, needed: &Range<i64>) -> Range<i64> {
+    let start = needed.start.div_euclid(BLOCK) * BLOCK;
+    let end = (needed.end + BLOCK - 1).div_euclid(BLOCK) * BLOCK;
+    match covered {
+        Some(covered) => {
+            let start = if needed.start < covered.start {
+                start
+            } else {
+                covered.start
+            };
+            start..if needed.end > covered.end {
+                end
+            } else {
+                covered.end
+            }
+        }
+        None => start..end,
+    }
 }
