@@ -1,3 +1,5 @@
 //! Integration tests.
 
 mod grid;
+#[cfg(feature = "map-files")]
+mod map_files;
