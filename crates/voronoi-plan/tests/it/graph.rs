@@ -46,10 +46,15 @@ fn a_ring_corridor_is_one_loop() {
 
 #[test]
 fn a_corridor_one_cell_wide_passes_a_robot_that_fits() {
-    let rows = ["#######", "#.....#", "#######"];
+    let rows = [
+        "########################",
+        "#......................#",
+        "########################",
+    ];
     let graph = build(&rows, 0.05);
     assert_eq!((graph.nodes.len(), graph.arcs.len()), (2, 1), "{graph:?}");
-    assert!((graph.arcs[0].length - 0.4).abs() < 1e-12);
+    assert!((graph.arcs[0].clearance - 0.05).abs() < 1e-12);
+    assert!(graph.arcs[0].length > 1.2);
     assert!(build(&rows, 0.0501).nodes.is_empty());
 }
 

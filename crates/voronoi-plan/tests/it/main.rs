@@ -3,6 +3,7 @@
 mod check;
 mod clearance;
 mod graph;
+mod hostile;
 mod random;
 
 /// Whether the long forms of the tests were asked for.
