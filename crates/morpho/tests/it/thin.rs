@@ -45,10 +45,19 @@ impl Random {
     }
 }
 
+/// Ten times as many with `MOBOT_LONG=1`.
+fn rounds(short: u64) -> u64 {
+    if std::env::var_os("MOBOT_LONG").is_some() {
+        10 * short
+    } else {
+        short
+    }
+}
+
 #[test]
 fn two_pass_thinnings_equal_their_definitions() {
     let mut random = Random(0x9E37_79B9_7F4A_7C15);
-    for _ in 0..1500 {
+    for _ in 0..rounds(300) {
         let image = random.image();
         assert_eq!(
             thin::zhang_suen(&image),
