@@ -11,6 +11,7 @@ mod ledger;
 mod ops;
 mod pipeline;
 pub mod reference;
+mod row;
 pub mod thin;
 mod window;
 

@@ -7,17 +7,20 @@
 //! height); an arbitrary element is a set of horizontal runs, of which each distinct one is made
 //! once a row.
 
+use std::marker::PhantomData;
+
 use crate::BitImage;
 use crate::element::{Element, ElementRun};
+use crate::row::{self, Narrow};
 
 /// The two operations, bit by bit.
-trait Lattice {
+pub(crate) trait Lattice {
     /// What changes nothing.
     const NEUTRAL: u64;
     fn meet(a: u64, b: u64) -> u64;
 }
 
-struct And;
+pub(crate) struct And;
 
 impl Lattice for And {
     const NEUTRAL: u64 = u64::MAX;
@@ -27,7 +30,7 @@ impl Lattice for And {
     }
 }
 
-struct Or;
+pub(crate) struct Or;
 
 impl Lattice for Or {
     const NEUTRAL: u64 = 0;
@@ -80,13 +83,50 @@ pub(crate) fn sweep(
     }
     take_runs(element, turn, width, height, &mut buffers.runs);
     let outside = if outside { u64::MAX } else { 0 };
-    pulp::Arch::new().dispatch(
-        #[inline(always)]
-        || match operation {
-            Operation::Erode => run::<And>(image, outside, buffers, out),
-            Operation::Dilate => run::<Or>(image, outside, buffers, out),
-        },
-    );
+    match operation {
+        Operation::Erode => {
+            pulp::Arch::new().dispatch(Sweep::<And>::new(image, outside, buffers, out))
+        }
+        Operation::Dilate => {
+            pulp::Arch::new().dispatch(Sweep::<Or>::new(image, outside, buffers, out))
+        }
+    }
+}
+
+/// The arguments of [`sweep`], to be run with the machine's widest registers. (A struct, for a
+/// closure is not inlined into the function that may use them.)
+struct Sweep<'a, L> {
+    image: &'a BitImage,
+    outside: u64,
+    buffers: &'a mut Buffers,
+    out: &'a mut BitImage,
+    lattice: PhantomData<L>,
+}
+
+impl<'a, L> Sweep<'a, L> {
+    fn new(
+        image: &'a BitImage,
+        outside: u64,
+        buffers: &'a mut Buffers,
+        out: &'a mut BitImage,
+    ) -> Self {
+        Self {
+            image,
+            outside,
+            buffers,
+            out,
+            lattice: PhantomData,
+        }
+    }
+}
+
+impl<L: Lattice> pulp::NullaryFnOnce for Sweep<'_, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        run::<L>(self.image, self.outside, self.buffers, self.out);
+    }
 }
 
 /// The element's runs as they lie, sorted by columns. Offsets past the image's size look at the
@@ -151,10 +191,10 @@ impl<'a> Levels<'a> {
             .max()
             .unwrap_or(0);
         let stride = image.stride();
-        let margin = reach.div_ceil(64);
+        let margin = reach.div_ceil(64).max(1);
         let span = (margin + stride + 1).next_multiple_of(8);
         let length = (span + 2 * margin + 2).next_multiple_of(8);
-        let depth = runs.iter().map(|run| run.power()).max().unwrap_or(0) as usize + 1;
+        let depth = runs.iter().map(ElementRun::power).max().unwrap_or(0) as usize + 1;
         words.clear();
         words.resize(length * depth, outside);
         Self {
@@ -260,50 +300,95 @@ fn rectangle<L: Lattice>(
         ..
     } = buffers;
     let run = runs[0];
-    let mut levels = Levels::new(levels, image, outside, &runs[..1]);
-    let (dy0, rows) = (run.dy, runs.len());
-    let (stride, height) = (image.stride(), image.height());
-    let mut vertical = Vertical::new(image, dy0, rows, outside, block);
-    for y in 0..height {
-        vertical.meet::<L>(y, levels.row_mut());
-        levels.seal();
-        levels.raise::<L>(run.power());
-        let row = &mut out.words_mut()[y * stride..(y + 1) * stride];
-        levels.window::<L>(&run, row);
-        row[stride - 1] &= levels.tail;
+    let rows = Rows::new(image, outside, run.dy, runs.len(), block);
+    let Some(window) = Narrow::new(run.dx0, run.dx1) else {
+        let levels = Levels::new(levels, image, outside, &runs[..1]);
+        return rows.filter::<L>(&mut Wide { levels, run }, out);
+    };
+    let row = Levels::new(levels, image, outside, &[]);
+    match window.power {
+        0 => rows.filter::<L>(&mut OnePass::<0> { row, window }, out),
+        1 => rows.filter::<L>(&mut OnePass::<1> { row, window }, out),
+        2 => rows.filter::<L>(&mut OnePass::<2> { row, window }, out),
+        3 => rows.filter::<L>(&mut OnePass::<3> { row, window }, out),
+        4 => rows.filter::<L>(&mut OnePass::<4> { row, window }, out),
+        _ => rows.filter::<L>(&mut OnePass::<5> { row, window }, out),
     }
 }
 
-/// The meets of the rows `y + dy0 .. y + dy0 + rows`, for y from 0 upwards.
-struct Vertical<'a> {
+/// What a row goes through.
+trait Horizontal {
+    /// Where the row belongs.
+    fn row_mut(&mut self) -> &mut [u64];
+    /// The row, through the window.
+    fn filter<L: Lattice>(&mut self, out: &mut [u64]);
+}
+
+/// A narrow window, whose power is known.
+struct OnePass<'a, const POWER: usize> {
+    row: Levels<'a>,
+    window: Narrow,
+}
+
+impl<const POWER: usize> Horizontal for OnePass<'_, POWER> {
+    #[inline(always)]
+    fn row_mut(&mut self) -> &mut [u64] {
+        self.row.row_mut()
+    }
+
+    #[inline(always)]
+    fn filter<L: Lattice>(&mut self, out: &mut [u64]) {
+        self.row.seal();
+        let row = &self.row.words[self.row.margin - 1..];
+        row::filter::<L, POWER>(row, self.window, out);
+    }
+}
+
+/// Any window.
+struct Wide<'a> {
+    levels: Levels<'a>,
+    run: ElementRun,
+}
+
+impl Horizontal for Wide<'_> {
+    #[inline(always)]
+    fn row_mut(&mut self) -> &mut [u64] {
+        self.levels.row_mut()
+    }
+
+    #[inline(always)]
+    fn filter<L: Lattice>(&mut self, out: &mut [u64]) {
+        self.levels.seal();
+        self.levels.raise::<L>(self.run.power());
+        self.levels.window::<L>(&self.run, out);
+    }
+}
+
+/// The meets of the rows `y + first .. y + first + count`, for y from 0 upwards.
+struct Rows<'a> {
     image: &'a BitImage,
-    dy0: isize,
-    rows: usize,
     outside: u64,
-    /// `rows` suffixes and one prefix.
-    block: &'a mut [u64],
+    first: isize,
+    count: usize,
+    block: &'a mut Vec<u64>,
 }
 
 /// Windows up to this many rows meet directly.
-const FEW_ROWS: usize = 4;
+const FEW_ROWS: usize = 3;
 
-impl<'a> Vertical<'a> {
-    #[inline(always)]
+impl<'a> Rows<'a> {
     fn new(
         image: &'a BitImage,
-        dy0: isize,
-        rows: usize,
         outside: u64,
+        first: isize,
+        count: usize,
         block: &'a mut Vec<u64>,
     ) -> Self {
-        if rows > FEW_ROWS {
-            block.resize((rows + 1) * image.stride(), 0);
-        }
         Self {
             image,
-            dy0,
-            rows,
             outside,
+            first,
+            count,
             block,
         }
     }
@@ -316,65 +401,73 @@ impl<'a> Vertical<'a> {
             .then(|| self.image.row(y.cast_unsigned()))
     }
 
+    /// Every meet through `horizontal` into the row `y` of `out`.
     #[inline(always)]
-    fn meet<L: Lattice>(&mut self, y: usize, out: &mut [u64]) {
-        let start = y.cast_signed() + self.dy0;
-        let end = start + self.rows.cast_signed();
-        if self.rows <= FEW_ROWS {
-            out.fill(L::NEUTRAL);
-            match (self.rows, self.row(start), self.row(end - 1)) {
-                (3, Some(a), Some(c)) => {
-                    let b = self.image.row((start + 1).cast_unsigned());
-                    for (out, ((&a, &b), &c)) in out.iter_mut().zip(a.iter().zip(b).zip(c)) {
-                        *out = L::meet(L::meet(a, b), c);
-                    }
+    fn filter<L: Lattice>(self, horizontal: &mut impl Horizontal, out: &mut BitImage) {
+        let (stride, height) = (self.image.stride(), self.image.height());
+        let tail = self.image.tail_mask();
+        let mut block = std::mem::take(self.block);
+        block.clear();
+        block.resize((self.count.max(FEW_ROWS) + 2) * stride, L::NEUTRAL);
+        let (neutral, rest) = block.split_at_mut(stride);
+        let (prefix, suffixes) = rest.split_at_mut(stride);
+        for y in 0..height {
+            let start = y.cast_signed() + self.first;
+            let end = start + self.count.cast_signed();
+            let inside = start >= 0 && end <= height.cast_signed();
+            let hidden = !inside && self.outside != L::NEUTRAL;
+            let result = out.row_mut(y);
+            if hidden {
+                result.fill(self.outside);
+            }
+            if self.count > FEW_ROWS {
+                let place = y % self.count;
+                let mut added = self.row(end - 1).unwrap_or(neutral);
+                if place == 0 {
+                    self.suffixes::<L>(start, suffixes);
+                    prefix.fill(L::NEUTRAL);
+                    added = neutral;
                 }
-                _ => {
-                    for row in (start..end).filter_map(|y| self.row(y)) {
-                        meet_into::<L>(out, row);
-                    }
+                let suffix = &suffixes[place * stride..][..stride];
+                let row = horizontal.row_mut();
+                let words = prefix.iter_mut().zip(added).zip(suffix);
+                for (out, ((prefix, &added), &suffix)) in row.iter_mut().zip(words) {
+                    *prefix = L::meet(*prefix, added);
+                    *out = L::meet(*prefix, suffix);
+                }
+            } else {
+                let row = |i| {
+                    self.row(start + i)
+                        .filter(|_| i < self.count.cast_signed())
+                        .unwrap_or(neutral)
+                };
+                let words = row(0).iter().zip(row(1)).zip(row(2));
+                for (out, ((&a, &b), &c)) in horizontal.row_mut().iter_mut().zip(words) {
+                    *out = L::meet(L::meet(a, b), c);
                 }
             }
-        } else {
-            self.meet_block::<L>(y, out);
+            if !hidden {
+                horizontal.filter::<L>(result);
+            }
+            result[stride - 1] &= tail;
         }
-        let inside = start >= 0 && end <= self.image.height().cast_signed();
-        if !inside && self.outside != L::NEUTRAL {
-            out.fill(self.outside);
-        }
+        *self.block = block;
     }
 
-    /// The suffix of the block that the window starts in, and the prefix of the block it ends in.
+    /// The meets of the last 1, 2, 3 .. of the rows `start .. start + count`, the longest first.
     #[inline(always)]
-    fn meet_block<L: Lattice>(&mut self, y: usize, out: &mut [u64]) {
+    fn suffixes<L: Lattice>(&self, start: isize, suffixes: &mut [u64]) {
         let stride = self.image.stride();
-        let i = y % self.rows;
-        let start = y.cast_signed() + self.dy0;
-        if i == 0 {
-            for j in (0..self.rows).rev() {
-                let (these, later) = self.block.split_at_mut((j + 1) * stride);
-                let suffix = &mut these[j * stride..];
-                suffix.fill(L::NEUTRAL);
-                if let Some(row) = (0..self.image.height().cast_signed())
-                    .contains(&(start + j.cast_signed()))
-                    .then(|| self.image.row((start + j.cast_signed()).cast_unsigned()))
-                {
-                    suffix.copy_from_slice(row);
-                }
-                if j + 1 < self.rows {
-                    meet_into::<L>(suffix, &later[..stride]);
-                }
+        for i in (0..self.count).rev() {
+            let (these, later) = suffixes.split_at_mut((i + 1) * stride);
+            let suffix = &mut these[i * stride..];
+            match self.row(start + i.cast_signed()) {
+                Some(row) => suffix.copy_from_slice(row),
+                None => suffix.fill(L::NEUTRAL),
             }
-            self.block[self.rows * stride..].fill(L::NEUTRAL);
-        }
-        let added = self.row(start + self.rows.cast_signed() - 1);
-        let (suffixes, prefix) = self.block.split_at_mut(self.rows * stride);
-        if let (Some(row), true) = (added, i > 0) {
-            meet_into::<L>(prefix, row);
-        }
-        let suffix = &suffixes[i * stride..];
-        for (out, (&a, &b)) in out.iter_mut().zip(suffix.iter().zip(&*prefix)) {
-            *out = L::meet(a, b);
+            if i + 1 < self.count {
+                meet_into::<L>(suffix, &later[..stride]);
+            }
         }
     }
 }
