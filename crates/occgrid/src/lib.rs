@@ -31,12 +31,14 @@ mod refine;
 mod save;
 mod sonar;
 
+pub use explain::{Contribution, Relation, explain};
 pub use frame::{Cell, FrameError, GridPoint, MAX_SIDE_CELLS, MapFrame, Point2, Pose2};
 pub use gray::{FREE_AT_MOST, OCCUPIED_AT_LEAST, gray_level};
 pub use grid::{GridError, GridLimits, LOG_ODDS_LIMIT, OccupancyGrid};
 pub use log::{LOG_HEADER, LogError, LogLimits, read_log, read_log_within, write_log};
 pub use occupancy_map::{CellState, OccupancyMap};
 pub use reading::{Reading, ReadingCounts, Shot};
+pub use refine::{RefineError, RefineParams, Refinement, refine};
 pub use sonar::{Profile, SonarModel, SonarModelError};
 #[cfg(feature = "map-files")]
 pub use map_file_error::MapFileError;

@@ -1,0 +1,123 @@
+//! What the forward model assumes about sonars and rooms.
+
+use super::RefineError;
+
+/// Parameters of the refinement. The defaults were chosen on simulated rooms of all shapes, never on the real
+/// scans that they are tested on. Sizes are lengths and angles, never cells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+pub struct RefineParams {
+    /// Passes over the whole log, 1 to 100. More cost time in proportion; little changes past 8.
+    pub iterations: u32,
+    /// Share of echoes that come from nothing on their arc (crosstalk, held values), 0.001 to 0.9. Raising
+    /// it weakens all evidence.
+    pub false_echoes: f64,
+    /// Share of silences that happen in spite of something in the beam (smooth walls at a slant), 0.001 to
+    /// 0.99. Raising it weakens the evidence of silence.
+    pub false_silences: f64,
+    /// Occupancy of a place on the beam's axis near the sonar that a true echo has passed, 0.001 to 0.5.
+    pub passed: f64,
+    /// The same at the edge of the beam, 0.001 to 0.5.
+    pub passed_at_edge: f64,
+    /// The same on the axis after silence, 0.001 to 0.5.
+    pub passed_in_silence: f64,
+    /// Range over which what was passed loses weight, to 1/e [m], 0.05 to 1000: a wall at a slant is missed
+    /// more easily from afar.
+    pub passed_reach: f64,
+    /// Occupancy of a place on the surface that reflected, 0.5 to 0.999.
+    pub hit: f64,
+    /// Half the length of a surface that reflects as one, tangent to the arc [m], 0.005 to 2. Raising it
+    /// closes gaps, and narrow doors with them.
+    pub patch: f64,
+    /// Length over which a surface goes on past that, to 1/e [m], 0.005 to 2.
+    pub patch_tail: f64,
+    /// Error of a range in proportion to it, added to the sonar's sigma in squares, 0 to 0.2.
+    pub relative_sigma: f64,
+    /// How much nearer than its echo a surface may be [m], 0 to 0.2: a weak echo is noticed late.
+    pub late: f64,
+    /// Log-odds at which a place counts as in the way of other shots, -10 to 2, given as the prior of a
+    /// place to be occupied.
+    pub prior: f64,
+    /// How fast known obstacles in front make an echo from behind them unbelievable, 0 to 20.
+    pub blocking: f64,
+    /// Shots from places this near to each other [m] whose beams overlap share their evidence, 0.001 to 10.
+    pub same_place: f64,
+    /// 1: overlapping shots from one place count as one; 0: as independent.
+    pub redundancy: f64,
+    /// Factor on all evidence, 0.1 to 5.
+    pub gain: f64,
+    /// Log-odds added to every place that has evidence, -2 to 2: above 0, doubtful places are not free.
+    pub caution: f64,
+    /// Work allowed, as visits of a shot to a cell, 1e5 to 1e12. A log that needs more is thinned first:
+    /// shots alike in place, direction and range become one. A visit takes about 10 ns.
+    pub max_visits: f64,
+}
+
+impl Default for RefineParams {
+    fn default() -> Self {
+        Self {
+            iterations: 8,
+            false_echoes: 0.1,
+            false_silences: 0.7,
+            passed: 0.04,
+            passed_at_edge: 0.3,
+            passed_in_silence: 0.48,
+            passed_reach: 6.0,
+            hit: 0.88,
+            patch: 0.12,
+            patch_tail: 0.3,
+            relative_sigma: 0.015,
+            late: 0.01,
+            prior: -1.0,
+            blocking: 2.0,
+            same_place: 0.15,
+            redundancy: 0.9,
+            gain: 1.5,
+            caution: 0.5,
+            max_visits: 4e8,
+        }
+    }
+}
+
+impl RefineParams {
+    /// Checks every field against its range.
+    ///
+    /// # Errors
+    /// [`RefineError::Parameter`] names the first field that is out of range.
+    pub fn validate(&self) -> Result<(), RefineError> {
+        let fields: [(&'static str, f64, f64, f64); 19] = [
+            ("iterations", f64::from(self.iterations), 1.0, 100.0),
+            ("false_echoes", self.false_echoes, 0.001, 0.9),
+            ("false_silences", self.false_silences, 0.001, 0.99),
+            ("passed", self.passed, 0.001, 0.5),
+            ("passed_at_edge", self.passed_at_edge, 0.001, 0.5),
+            ("passed_in_silence", self.passed_in_silence, 0.001, 0.5),
+            ("passed_reach", self.passed_reach, 0.05, 1000.0),
+            ("hit", self.hit, 0.5, 0.999),
+            ("patch", self.patch, 0.005, 2.0),
+            ("patch_tail", self.patch_tail, 0.005, 2.0),
+            ("relative_sigma", self.relative_sigma, 0.0, 0.2),
+            ("late", self.late, 0.0, 0.2),
+            ("prior", self.prior, -10.0, 2.0),
+            ("blocking", self.blocking, 0.0, 20.0),
+            ("same_place", self.same_place, 0.001, 10.0),
+            ("redundancy", self.redundancy, 0.0, 1.0),
+            ("gain", self.gain, 0.1, 5.0),
+            ("caution", self.caution, -2.0, 2.0),
+            ("max_visits", self.max_visits, 1e5, 1e12),
+        ];
+        match fields
+            .into_iter()
+            .find(|&(_, found, low, high)| !(low..=high).contains(&found))
+        {
+            None => Ok(()),
+            Some((key, found, low, high)) => Err(RefineError::Parameter {
+                key,
+                low,
+                high,
+                found,
+            }),
+        }
+    }
+}
