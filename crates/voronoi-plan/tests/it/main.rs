@@ -1,6 +1,8 @@
 //! Integration tests.
 
 mod check;
+#[cfg(feature = "geojson")]
+mod geojson;
 mod clearance;
 mod graph;
 mod hostile;
