@@ -305,42 +305,45 @@ fn rectangle<L: Lattice>(
         let levels = Levels::new(levels, image, outside, &runs[..1]);
         return rows.filter::<L>(&mut Wide { levels, run }, out);
     };
-    let row = Levels::new(levels, image, outside, &[]);
     match window.power {
-        0 => rows.filter::<L>(&mut OnePass::<0> { row, window }, out),
-        1 => rows.filter::<L>(&mut OnePass::<1> { row, window }, out),
-        2 => rows.filter::<L>(&mut OnePass::<2> { row, window }, out),
-        3 => rows.filter::<L>(&mut OnePass::<3> { row, window }, out),
-        4 => rows.filter::<L>(&mut OnePass::<4> { row, window }, out),
-        _ => rows.filter::<L>(&mut OnePass::<5> { row, window }, out),
+        0 => rows.filter::<L>(&mut OnePass::<0> { window, outside }, out),
+        1 => rows.filter::<L>(&mut OnePass::<1> { window, outside }, out),
+        2 => rows.filter::<L>(&mut OnePass::<2> { window, outside }, out),
+        3 => rows.filter::<L>(&mut OnePass::<3> { window, outside }, out),
+        4 => rows.filter::<L>(&mut OnePass::<4> { window, outside }, out),
+        _ => rows.filter::<L>(&mut OnePass::<5> { window, outside }, out),
     }
 }
 
-/// What a row goes through.
+/// What rows go through.
 trait Horizontal {
-    /// Where the row belongs.
-    fn row_mut(&mut self) -> &mut [u64];
-    /// The row, through the window.
-    fn filter<L: Lattice>(&mut self, out: &mut [u64]);
+    /// Some rows of `stride` words, one after the other, with one word before and one behind.
+    fn filter<L: Lattice>(&mut self, rows: &[u64], stride: usize, out: &mut [u64]);
 }
 
 /// A narrow window, whose power is known.
-struct OnePass<'a, const POWER: usize> {
-    row: Levels<'a>,
+struct OnePass<const POWER: usize> {
     window: Narrow,
+    outside: u64,
 }
 
-impl<const POWER: usize> Horizontal for OnePass<'_, POWER> {
+impl<const POWER: usize> Horizontal for OnePass<POWER> {
     #[inline(always)]
-    fn row_mut(&mut self) -> &mut [u64] {
-        self.row.row_mut()
-    }
-
-    #[inline(always)]
-    fn filter<L: Lattice>(&mut self, out: &mut [u64]) {
-        self.row.seal();
-        let row = &self.row.words[self.row.margin - 1..];
-        row::filter::<L, POWER>(row, self.window, out);
+    fn filter<L: Lattice>(&mut self, rows: &[u64], stride: usize, out: &mut [u64]) {
+        row::filter::<L, POWER>(rows, self.window, out);
+        // the words at a row's ends saw the rows above and below instead of the outside
+        for first in (0..out.len()).step_by(stride) {
+            let last = first + stride - 1;
+            for at in [first, last] {
+                let left = if at == first { self.outside } else { rows[at] };
+                let right = if at == last {
+                    self.outside
+                } else {
+                    rows[at + 2]
+                };
+                out[at] = row::word::<L, POWER>([left, rows[at + 1], right], self.window);
+            }
+        }
     }
 }
 
@@ -352,15 +355,15 @@ struct Wide<'a> {
 
 impl Horizontal for Wide<'_> {
     #[inline(always)]
-    fn row_mut(&mut self) -> &mut [u64] {
-        self.levels.row_mut()
-    }
-
-    #[inline(always)]
-    fn filter<L: Lattice>(&mut self, out: &mut [u64]) {
-        self.levels.seal();
-        self.levels.raise::<L>(self.run.power());
-        self.levels.window::<L>(&self.run, out);
+    fn filter<L: Lattice>(&mut self, rows: &[u64], stride: usize, out: &mut [u64]) {
+        for (row, out) in rows[1..]
+            .chunks_exact(stride)
+            .zip(out.chunks_exact_mut(stride))
+        {
+            self.levels.row_mut().copy_from_slice(row);
+            self.levels.raise::<L>(self.run.power());
+            self.levels.window::<L>(&self.run, out);
+        }
     }
 }
 
@@ -375,6 +378,9 @@ struct Rows<'a> {
 
 /// Windows up to this many rows meet directly.
 const FEW_ROWS: usize = 3;
+
+/// Words that go through the window at a time: few enough to stay in the nearest cache.
+const BAND_WORDS: usize = 1024;
 
 impl<'a> Rows<'a> {
     fn new(
@@ -401,57 +407,105 @@ impl<'a> Rows<'a> {
             .then(|| self.image.row(y.cast_unsigned()))
     }
 
-    /// Every meet through `horizontal` into the row `y` of `out`.
+    /// The meets through `horizontal` into `out`, some rows at a time.
     #[inline(always)]
     fn filter<L: Lattice>(self, horizontal: &mut impl Horizontal, out: &mut BitImage) {
         let (stride, height) = (self.image.stride(), self.image.height());
         let tail = self.image.tail_mask();
+        let band_rows = (BAND_WORDS / stride).clamp(1, height);
         let mut block = std::mem::take(self.block);
         block.clear();
-        block.resize((self.count.max(FEW_ROWS) + 2) * stride, L::NEUTRAL);
-        let (neutral, rest) = block.split_at_mut(stride);
-        let (prefix, suffixes) = rest.split_at_mut(stride);
-        for y in 0..height {
-            let start = y.cast_signed() + self.first;
-            let end = start + self.count.cast_signed();
-            let inside = start >= 0 && end <= height.cast_signed();
-            let hidden = !inside && self.outside != L::NEUTRAL;
-            let result = out.row_mut(y);
-            if hidden {
-                result.fill(self.outside);
-            }
+        block.resize((self.count + 1 + band_rows) * stride + 2, L::NEUTRAL);
+        let (van_herk, band) = block.split_at_mut((self.count + 1) * stride);
+        for (band_at, out) in out.words_mut().chunks_mut(band_rows * stride).enumerate() {
+            let top = band_at * band_rows;
+            let band = &mut band[..out.len() + 2];
+            let rows = &mut band[1..=out.len()];
             if self.count > FEW_ROWS {
-                let place = y % self.count;
-                let mut added = self.row(end - 1).unwrap_or(neutral);
-                if place == 0 {
-                    self.suffixes::<L>(start, suffixes);
-                    prefix.fill(L::NEUTRAL);
-                    added = neutral;
+                for (y, row) in (top..).zip(rows.chunks_exact_mut(stride)) {
+                    self.split::<L>(y, van_herk, row);
                 }
-                let suffix = &suffixes[place * stride..][..stride];
-                let row = horizontal.row_mut();
-                let words = prefix.iter_mut().zip(added).zip(suffix);
-                for (out, ((prefix, &added), &suffix)) in row.iter_mut().zip(words) {
-                    *prefix = L::meet(*prefix, added);
-                    *out = L::meet(*prefix, suffix);
-                }
+            } else if self.sees_inside(top, top + out.len() / stride) {
+                self.direct::<L>(top, rows);
             } else {
-                let row = |i| {
-                    self.row(start + i)
-                        .filter(|_| i < self.count.cast_signed())
-                        .unwrap_or(neutral)
-                };
-                let words = row(0).iter().zip(row(1)).zip(row(2));
-                for (out, ((&a, &b), &c)) in horizontal.row_mut().iter_mut().zip(words) {
-                    *out = L::meet(L::meet(a, b), c);
+                for (y, row) in (top..).zip(rows.chunks_exact_mut(stride)) {
+                    if self.sees_inside(y, y + 1) {
+                        self.direct::<L>(y, row);
+                    } else {
+                        self.at_the_edge::<L>(y, row);
+                    }
                 }
             }
-            if !hidden {
-                horizontal.filter::<L>(result);
+            if self.outside & !tail != 0 {
+                for row in rows.chunks_exact_mut(stride) {
+                    row[stride - 1] |= !tail;
+                }
             }
-            result[stride - 1] &= tail;
+            horizontal.filter::<L>(band, stride, out);
+            if tail != u64::MAX {
+                for row in out.chunks_exact_mut(stride) {
+                    row[stride - 1] &= tail;
+                }
+            }
         }
         *self.block = block;
+    }
+
+    /// Whether the windows of the rows `top .. bottom` lie inside the image.
+    #[inline(always)]
+    fn sees_inside(&self, top: usize, bottom: usize) -> bool {
+        let last = bottom.cast_signed() - 1 + self.first + self.count.cast_signed();
+        top.cast_signed() + self.first >= 0 && last <= self.image.height().cast_signed()
+    }
+
+    /// The meets of up to three rows, for the result's rows from `top` on.
+    #[inline(always)]
+    fn direct<L: Lattice>(&self, top: usize, rows: &mut [u64]) {
+        let stride = self.image.stride();
+        let start = top.wrapping_add_signed(self.first) * stride;
+        // a row that meets itself stays as it is
+        let [a, b, c] =
+            [0, 1, 2].map(|i| &self.image.words()[start + i.min(self.count - 1) * stride..]);
+        for (out, ((&a, &b), &c)) in rows.iter_mut().zip(a.iter().zip(b).zip(c)) {
+            *out = L::meet(L::meet(a, b), c);
+        }
+    }
+
+    /// The meet of the rows of a window that the image's edge cuts.
+    #[inline(always)]
+    fn at_the_edge<L: Lattice>(&self, y: usize, out: &mut [u64]) {
+        if self.outside != L::NEUTRAL {
+            return out.fill(self.outside);
+        }
+        out.fill(L::NEUTRAL);
+        let start = y.cast_signed() + self.first;
+        for row in (start..start + self.count.cast_signed()).filter_map(|y| self.row(y)) {
+            meet_into::<L>(out, row);
+        }
+    }
+
+    /// The meet of any number of rows: the suffix of the block of rows that the window starts in
+    /// and the prefix of the one it ends in. `van_herk` keeps both from row to row.
+    #[inline(always)]
+    fn split<L: Lattice>(&self, y: usize, van_herk: &mut [u64], out: &mut [u64]) {
+        let stride = self.image.stride();
+        let (prefix, suffixes) = van_herk.split_at_mut(stride);
+        let start = y.cast_signed() + self.first;
+        let place = y % self.count;
+        if place == 0 {
+            self.suffixes::<L>(start, suffixes);
+            prefix.fill(L::NEUTRAL);
+        } else if let Some(added) = self.row(start + self.count.cast_signed() - 1) {
+            meet_into::<L>(prefix, added);
+        }
+        if self.sees_inside(y, y + 1) || self.outside == L::NEUTRAL {
+            let suffix = &suffixes[place * stride..][..stride];
+            for (out, (&a, &b)) in out.iter_mut().zip(prefix.iter().zip(suffix)) {
+                *out = L::meet(a, b);
+            }
+        } else {
+            out.fill(self.outside);
+        }
     }
 
     /// The meets of the last 1, 2, 3 .. of the rows `start .. start + count`, the longest first.
