@@ -2,12 +2,10 @@
 
 use occgrid::{Cell, GridPoint, MapFrame, Point2};
 
+use crate::clearance::claim;
 use crate::lattice::Lattice;
 use crate::skeleton::{Trace, TraceArc};
 use crate::{Arc, ClearanceField, Node, VoronoiGraph};
-
-/// How much a claim stays below the computed clearance [m], so that rounding never lifts it above the truth.
-pub(crate) const CLAIM_MARGIN: f64 = 1e-9;
 
 /// The graph of a trace whose every link is in the lattice.
 pub(crate) fn certify(
@@ -77,7 +75,7 @@ impl Certifier<'_> {
 
     /// The claim for a clearance that suffices for the radius.
     fn claim(&self, squared_doubled: u32) -> f64 {
-        (self.metres(squared_doubled) - CLAIM_MARGIN).max(self.radius)
+        claim(self.metres(squared_doubled), self.radius).max(self.radius)
     }
 
     fn arc(&self, arc: &TraceArc) -> Arc {

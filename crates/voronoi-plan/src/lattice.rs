@@ -11,6 +11,7 @@ use morpho::BitImage;
 use occgrid::Cell;
 
 use crate::ClearanceField;
+use crate::pack::pack;
 
 /// The neighbours of a cell, clockwise from east in image coordinates.
 pub(crate) const STEPS: [(i32, i32); 8] = [
@@ -101,16 +102,12 @@ impl<'a> Lattice<'a> {
 
     /// The cells whose `(2 d)^2` is at least a value.
     pub(crate) fn at_least(&self, squared_doubled: u32) -> BitImage {
-        let (width, height) = (self.free.width(), self.free.height());
-        let mut words = Vec::with_capacity(self.free.words().len());
-        for row in self.squared_doubled.chunks_exact(width.max(1)) {
-            words.extend(row.chunks(64).map(|chunk| {
-                chunk.iter().enumerate().fold(0, |word, (bit, &value)| {
-                    word | u64::from(value >= squared_doubled) << bit
-                })
-            }));
-        }
-        BitImage::from_words(width, height, words)
+        pack(
+            self.squared_doubled,
+            self.free.width(),
+            self.free.height(),
+            |value| value >= squared_doubled,
+        )
     }
 
     /// The set cells of an image, in raster order.

@@ -6,6 +6,7 @@ mod geojson;
 mod clearance;
 mod graph;
 mod hostile;
+mod paper;
 mod random;
 
 /// Whether the long forms of the tests were asked for.
