@@ -64,6 +64,11 @@ impl Access {
         }
     }
 
+    /// Cells that hold a vertex of the roadmap, by index, with it.
+    pub(crate) fn spots(&self) -> &[(u32, Spot)] {
+        &self.spots
+    }
+
     /// The cells from `cell` to the roadmap, both ends included, and where it is entered; `None` off the
     /// lattice and where the roadmap has no part in this part of the lattice.
     pub(crate) fn walk(&self, cell: Cell) -> Option<(Vec<Cell>, Spot)> {

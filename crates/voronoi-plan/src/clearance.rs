@@ -10,7 +10,7 @@ use morpho::{BitImage, Border};
 use occgrid::{Cell, GridPoint};
 
 use crate::FreeSpace;
-use crate::square::{Nearest, between, nearest_to_square};
+use crate::square::{Nearest, between, nearest_on_segment, nearest_to_square, squared_distance};
 
 /// Two clearances that differ by less than this count as equal [cells].
 pub const TIE_CELLS: f64 = 1e-9;
@@ -22,8 +22,11 @@ const CLAIM_MARGIN: f64 = 1e-9;
 /// What the conversion of points between frames may lose [m].
 const ROUNDING: f64 = 1e-11;
 
+/// No point of a cell is farther than this from its centre, and a hair more [cells].
+const HALF_DIAGONAL: f64 = 0.707_107;
+
 /// Step along a segment where the bounds do not decide [cells].
-const STEP: f64 = 0.75;
+const STEP: f64 = 4.0;
 
 /// The exact clearance of every cell centre of a free space, and of any point or segment.
 ///
@@ -140,7 +143,11 @@ impl ClearanceField {
         let need = (min - TIE_CELLS).max(TIE_CELLS);
         let mut best = self.to_border(a);
         best.keep_nearer(self.to_border(b));
-        best.squared >= need * need && !self.search(&Line::new(a, b), need, &mut best, true)
+        if best.squared < need * need {
+            return false;
+        }
+        let line = Line::new(a, b);
+        !self.is_blocked(&line, need) && !self.search(&line, need, &mut best, true)
     }
 
     /// The cells that are free.
@@ -192,6 +199,21 @@ impl ClearanceField {
         }
     }
 
+    /// Whether the cell centres' bounds alone show that a segment comes nearer than `need`.
+    fn is_blocked(&self, line: &Line, need: f64) -> bool {
+        let mut t = 0.0;
+        loop {
+            let (lower, upper) = self.bounds(line.at(t));
+            if upper < need {
+                return true;
+            }
+            if t >= line.length {
+                return false;
+            }
+            t = (t + (lower - need).max(STEP)).min(line.length);
+        }
+    }
+
     /// An upper bound of a segment's clearance, within a cell of it.
     fn upper_bound(&self, line: &Line) -> f64 {
         let (mut t, mut upper) = (0.0, f64::INFINITY);
@@ -212,10 +234,7 @@ impl ClearanceField {
         let mut undecided = None;
         let mut t = 0.0;
         loop {
-            let (lower, upper) = self.bounds(line.at(t));
-            if any && upper < reach {
-                return true;
-            }
+            let (lower, _) = self.bounds(line.at(t));
             let decided = lower - reach;
             let last = t >= line.length;
             if decided <= STEP {
@@ -223,7 +242,7 @@ impl ClearanceField {
             }
             if (last || decided > STEP)
                 && let Some(start) = undecided.take()
-                && self.scan(line.at(start), line.at(t), reach, best)
+                && self.scan([line.at(start), line.at(t)], reach, best, any)
             {
                 found = true;
                 if any {
@@ -238,9 +257,11 @@ impl ClearanceField {
         }
     }
 
-    /// Looks at every not-free cell that may be nearer than `reach` to the segment `p`-`q`.
-    fn scan(&self, p: GridPoint, q: GridPoint, reach: f64, best: &mut Nearest) -> bool {
+    /// Looks at every not-free cell that may be nearer than `reach` to the segment `p`-`q`. With `any`,
+    /// stops at the first that is.
+    fn scan(&self, [p, q]: [GridPoint; 2], reach: f64, best: &mut Nearest, any: bool) -> bool {
         let limit = reach * reach;
+        let beyond = (reach + HALF_DIAGONAL) * (reach + HALF_DIAGONAL);
         let mut found = false;
         let first_row = (p.row.min(q.row) - reach).max(0.0) as usize;
         let last_row = ((p.row.max(q.row) + reach) as usize).min(self.cells.height() - 1);
@@ -264,9 +285,15 @@ impl ClearanceField {
                 while blocked != 0 {
                     let col = base + blocked.trailing_zeros() as usize;
                     blocked &= blocked - 1;
+                    if squared_to_center(p, q, col, row) >= beyond {
+                        continue;
+                    }
                     let nearest = nearest_to_square(p, q, col, row);
                     if nearest.squared < limit {
                         found = true;
+                        if any {
+                            return true;
+                        }
                         best.keep_nearer(nearest);
                     }
                 }
@@ -274,6 +301,15 @@ impl ClearanceField {
         }
         found
     }
+}
+
+/// Squared distance from a segment to the centre of a cell [cells^2].
+fn squared_to_center(p: GridPoint, q: GridPoint, col: usize, row: usize) -> f64 {
+    let center = GridPoint {
+        col: col as f64 + 0.5,
+        row: row as f64 + 0.5,
+    };
+    squared_distance(nearest_on_segment(p, q, center), center)
 }
 
 /// The columns in which a square of the given row can be nearer than `reach` to the segment `p`-`q`.

@@ -1,15 +1,15 @@
 //! From start to goal: certified, complete for the radius, and short.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 use occgrid::{Cell, GridPoint, MapFrame, Point2};
 
 use crate::access::{Access, center, entries};
-use crate::bottleneck::{Narrowest, widest};
+use crate::bottleneck::{Narrowest, Saddles, widest};
 use crate::clearance::claim;
 use crate::lattice::Lattice;
 use crate::roadmap::{Roadmap, Scratch, Spot, Way};
-use crate::route::{Route, length_of, shorten};
+use crate::route::{Route, length_of, pull, shorten};
 use crate::square::squared_distance;
 use crate::window::{self, Window, WindowScratch};
 use crate::{ClearanceField, FreeSpace, TIE_CELLS, VoronoiGraph};
@@ -39,6 +39,12 @@ impl Default for PlanParams {
         }
     }
 }
+
+/// A route this much longer than the straight line at most is not compared with others.
+const GOOD_ENOUGH: f64 = 1.03;
+
+/// An alternative is shortened to the end only if it is below this much of the best after one pass.
+const WORTH_A_LOOK: f64 = 1.02;
 
 /// The answer to a query.
 #[derive(Debug, Clone, PartialEq)]
@@ -155,6 +161,8 @@ pub struct Planner {
     access: Access,
     params: PlanParams,
     idle: Mutex<Vec<Memory>>,
+    /// Made for the first query that has no route.
+    saddles: OnceLock<Saddles>,
 }
 
 /// What one query at a time works in.
@@ -168,6 +176,17 @@ struct Memory {
 struct End {
     point: GridPoint,
     entries: Vec<Cell>,
+}
+
+impl End {
+    /// The cells to start from: the entries, or else the cell that holds the point.
+    fn cells(&self) -> Vec<Cell> {
+        if self.entries.is_empty() {
+            vec![Cell::new(self.point.col as u32, self.point.row as u32)]
+        } else {
+            self.entries.clone()
+        }
+    }
 }
 
 impl Planner {
@@ -206,6 +225,7 @@ impl Planner {
             field,
             params,
             idle: Mutex::default(),
+            saddles: OnceLock::new(),
         }
     }
 
@@ -349,6 +369,7 @@ impl Planner {
         let ((walk_in, from), (walk_out, to)) = self.spots(start, goal)?;
         let mut best: Option<(Vec<GridPoint>, Vec<usize>)> = None;
         let mut least = bound.unwrap_or(f64::INFINITY);
+        let mut least_pulled = f64::INFINITY;
         let direct = squared_distance(start.point, goal.point).sqrt();
         let mut seen: Vec<Way> = Vec::new();
         for _ in 0..self.params.alternatives.max(1) {
@@ -360,14 +381,19 @@ impl Planner {
                 continue;
             }
             let line = self.line(start, &walk_in, &way, &walk_out, goal);
-            let line = shorten(&self.field, &line, self.strict());
-            let length = length_of(&line);
-            if length < least {
-                least = length;
-                best = Some((line, self.arcs_of(&way)));
+            let line = pull(&self.field, &line, self.strict());
+            let pulled = length_of(&line);
+            if pulled < least_pulled * WORTH_A_LOOK {
+                least_pulled = least_pulled.min(pulled);
+                let line = shorten(&self.field, &line, self.strict());
+                let length = length_of(&line);
+                if length < least {
+                    least = length;
+                    best = Some((line, self.arcs_of(&way)));
+                }
             }
             seen.push(way);
-            if least <= direct * 1.02 {
+            if least <= direct * GOOD_ENOUGH {
                 break;
             }
         }
@@ -432,11 +458,22 @@ impl Planner {
         memory: &mut Memory,
     ) -> Result<(Vec<GridPoint>, Vec<usize>), Option<Narrowest>> {
         let grid = grid_of(&self.frame);
-        let reach = |end: &End| match end.entries.as_slice() {
-            [] => vec![Cell::new(end.point.col as u32, end.point.row as u32)],
-            cells => cells.to_vec(),
+        let narrowest = match (self.parts(start), self.parts(goal)) {
+            (Some(from), Some(to)) => {
+                let saddles = self.saddles(lattice);
+                let pairs = from.iter().flat_map(|&a| to.iter().map(move |&b| (a, b)));
+                pairs
+                    .filter_map(|(a, b)| saddles.between(a, b))
+                    .reduce(|a, b| {
+                        if b.squared_doubled > a.squared_doubled {
+                            b
+                        } else {
+                            a
+                        }
+                    })
+            }
+            _ => widest(&self.lattice(0.0), grid, &start.cells(), &goal.cells()),
         };
-        let narrowest = widest(&self.lattice(0.0), grid, &reach(start), &reach(goal));
         if narrowest.is_none_or(|n| n.squared_doubled < lattice.need()) {
             return Err(narrowest);
         }
@@ -450,6 +487,26 @@ impl Planner {
             }
         }
         Err(narrowest)
+    }
+
+    /// The parts of the roadmap that an end may enter; `None` unless there are some and every entry
+    /// leads to one.
+    fn parts(&self, end: &End) -> Option<Vec<u32>> {
+        let part = |&cell: &Cell| Some(self.road.component(self.access.walk(cell)?.1));
+        let mut parts = end.entries.iter().map(part).collect::<Option<Vec<u32>>>()?;
+        parts.sort_unstable();
+        parts.dedup();
+        (!parts.is_empty()).then_some(parts)
+    }
+
+    fn saddles(&self, lattice: &Lattice<'_>) -> &Saddles {
+        self.saddles.get_or_init(|| {
+            let spots = self.access.spots().iter();
+            let named = spots.map(|&(cell, spot)| (cell, self.road.component(spot)));
+            let free = self.lattice(0.0);
+            let grid = grid_of(&self.frame);
+            Saddles::new(lattice, &free, grid, named, self.road.node_count())
+        })
     }
 
     fn certified(

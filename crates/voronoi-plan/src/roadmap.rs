@@ -223,6 +223,11 @@ impl Roadmap {
             })
     }
 
+    /// How many nodes there are; components are numbered below it.
+    pub(crate) fn node_count(&self) -> usize {
+        self.nodes.len()
+    }
+
     /// The component of the roadmap to which a spot belongs.
     pub(crate) fn component(&self, spot: Spot) -> u32 {
         self.component[self.tracks[spot.arc as usize].ends[0] as usize]

@@ -64,7 +64,7 @@ pub(crate) fn length_of(points: &[GridPoint]) -> f64 {
 }
 
 /// From each vertex kept, goes straight to the last one that a doubling and halving stride finds clear.
-fn pull(field: &ClearanceField, line: &[GridPoint], min: f64) -> Vec<GridPoint> {
+pub(crate) fn pull(field: &ClearanceField, line: &[GridPoint], min: f64) -> Vec<GridPoint> {
     let mut kept = Vec::new();
     let Some(&first) = line.first() else {
         return kept;
