@@ -3,7 +3,7 @@
 use crate::BitImage;
 
 /// The eight neighbours of a pixel, clockwise from north: the literature's P2 .. P9. Outside is background.
-fn neighbours(image: &BitImage, x: usize, y: usize) -> [bool; 8] {
+pub(super) fn neighbours(image: &BitImage, x: usize, y: usize) -> [bool; 8] {
     const AROUND: [(usize, usize); 8] = [
         (1, 0),
         (2, 0),
@@ -75,59 +75,4 @@ fn until_stable(image: &BitImage, deletable: impl Fn([bool; 8], bool) -> bool) -
             return now;
         }
     }
-}
-
-/// Whether deleting a foreground pixel with these neighbours keeps the topology (8-connected
-/// foreground, 4-connected background): its Yokoi number is 1.
-#[must_use]
-fn is_simple(p: [bool; 8]) -> bool {
-    let components = (0..4)
-        .filter(|i| !p[2 * i] && (p[2 * i + 1] || p[(2 * i + 2) % 8]))
-        .count();
-    components == 1
-}
-
-/// The twin of [`crate::thin::homotopic_ordered`].
-///
-/// # Panics
-/// If `order` has not one entry a pixel.
-#[must_use]
-pub fn homotopic_ordered(image: &BitImage, order: &[u32]) -> BitImage {
-    let (width, height) = (image.width(), image.height());
-    assert_eq!(order.len(), width * height, "one order a pixel");
-    let mut pixels: Vec<(u32, usize, usize)> = Vec::new();
-    for y in 0..height {
-        for x in 0..width {
-            if image.get(x, y) {
-                pixels.push((order[y * width + x], y, x));
-            }
-        }
-    }
-    pixels.sort_unstable();
-    let mut now = image.clone();
-    let mut waiting: Vec<(usize, usize)> = Vec::new();
-    for layer in pixels.chunk_by(|a, b| a.0 == b.0) {
-        waiting.extend(layer.iter().map(|&(_, y, x)| (y, x)));
-        loop {
-            let before = waiting.len();
-            for (odd_y, odd_x) in [(0, 0), (1, 1), (0, 1), (1, 0)] {
-                waiting.retain(|&(y, x)| {
-                    if y % 2 != odd_y || x % 2 != odd_x {
-                        return true;
-                    }
-                    let p = neighbours(&now, x, y);
-                    let end = p.iter().filter(|&&set| set).count() <= 1;
-                    let delete = is_simple(p) && !end;
-                    if delete {
-                        now.set(x, y, false);
-                    }
-                    !delete
-                });
-            }
-            if waiting.len() == before {
-                break;
-            }
-        }
-    }
-    now
 }

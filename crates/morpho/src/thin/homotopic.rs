@@ -20,8 +20,8 @@ pub(super) trait Layers {
     /// after it does.
     fn advance(&mut self, active: &mut Active, next: &mut Active);
 
-    /// The pixels of a tile that later layers may delete, but this one may not.
-    fn inner(&self, index: usize) -> &Tile;
+    /// The pixels that later layers may delete, but this one may not.
+    fn inner(&self) -> &Tiles;
 
     /// The pixels of a tile that belong to this layer or the one before.
     fn young(&self, index: usize) -> Tile;
@@ -57,11 +57,15 @@ fn peel_all<L: Layers>(image: &BitImage, mut layers: L) -> BitImage {
         let visited = active.drain(
             #[inline(always)]
             |index| {
-                let deleted = peel(
-                    &tiles.window(index),
-                    layers.inner(index),
-                    &layers.young(index),
-                );
+                let inner = layers.inner();
+                let mut window = tiles.window(index);
+                let [mut deleted, mut ends] = peel(&mut window, inner.get(index), &Tile::default());
+                ends = ends.intersection(&layers.young(index));
+                if ends.any() != 0 {
+                    let loose = layers.young(index).intersection(&inner.near(index));
+                    let [more, _] = peel(&mut window, inner.get(index), &loose);
+                    deleted = deleted.union(&more);
+                }
                 if deleted.any() != 0 {
                     tiles.get_mut(index).subtract(&deleted);
                     next.insert_touched(index, &deleted);
@@ -77,48 +81,58 @@ fn peel_all<L: Layers>(image: &BitImage, mut layers: L) -> BitImage {
 
 const EVEN_COLUMNS: u64 = 0x5555_5555_5555_5555;
 
-/// Deletes the simple pixels of a tile, one parity class after another; which ones it was.
+/// Deletes the simple pixels of a tile outside `inner`, one parity class after another; ends only if
+/// they are `loose`. Which pixels it deleted, and which ends it kept.
 #[inline(always)]
-fn peel(window: &Window, inner: &Tile, young: &Tile) -> Tile {
-    let mut window = *window;
-    let north = window.above_even();
-    let even = peel_rows(
-        &north,
-        &mut window.even,
-        &window.odd,
-        &inner.even,
-        &young.even,
-    );
-    let south = window.below_odd();
-    let odd = peel_rows(
-        &window.even,
-        &mut window.odd,
-        &south,
-        &inner.odd,
-        &young.odd,
-    );
-    Tile { even, odd }
+fn peel(window: &mut Window, inner: &Tile, loose: &Tile) -> [Tile; 2] {
+    let above = window.above_even();
+    let even = Part {
+        inner: &inner.even,
+        loose: &loose.even,
+    };
+    let even = even.peel(&above, &mut window.even, &window.odd);
+    let below = window.below_odd();
+    let odd = Part {
+        inner: &inner.odd,
+        loose: &loose.odd,
+    };
+    let odd = odd.peel(&window.even, &mut window.odd, &below);
+    [0, 1].map(
+        #[inline(always)]
+        |i| Tile {
+            even: even[i],
+            odd: odd[i],
+        },
+    )
 }
 
-#[inline(always)]
-fn peel_rows(north: &Rows, rows: &mut Rows, south: &Rows, inner: &Lanes, young: &Lanes) -> Lanes {
-    let (n, ne, nw) = (north.centre(), north.eastern(), north.western());
-    let (s, se, sw) = (south.centre(), south.eastern(), south.western());
-    let mut deleted = [0; LANES];
-    for class in [EVEN_COLUMNS, !EVEN_COLUMNS] {
-        let (c, e, w) = (rows.centre(), rows.eastern(), rows.western());
-        let mut now = [0; LANES];
-        for i in 0..LANES {
-            let around = [n[i], ne[i], e[i], se[i], s[i], sw[i], w[i], nw[i]];
-            let kept = inner[i] | !(young[i] | at_least_two(around));
-            now[i] = c[i] & class & !kept & simple(around);
+/// The even or the odd rows of a tile.
+struct Part<'a> {
+    inner: &'a Lanes,
+    loose: &'a Lanes,
+}
+
+impl Part<'_> {
+    #[inline(always)]
+    fn peel(&self, above: &Rows, rows: &mut Rows, below: &Rows) -> [Lanes; 2] {
+        let (n, ne, nw) = (above.centre(), above.eastern(), above.western());
+        let (s, se, sw) = (below.centre(), below.eastern(), below.western());
+        let (mut deleted, mut ends) = ([0; LANES], [0; LANES]);
+        for class in [EVEN_COLUMNS, !EVEN_COLUMNS] {
+            let (c, e, w) = (rows.centre(), rows.eastern(), rows.western());
+            let mut now = [0; LANES];
+            for i in 0..LANES {
+                let around = [n[i], ne[i], e[i], se[i], s[i], sw[i], w[i], nw[i]];
+                let simple = c[i] & class & !self.inner[i] & simple(around);
+                let ending = simple & !at_least_two(around) & !self.loose[i];
+                now[i] = simple & !ending;
+                deleted[i] |= now[i];
+                ends[i] |= ending;
+            }
+            rows.subtract(&now);
         }
-        rows.subtract(&now);
-        for i in 0..LANES {
-            deleted[i] |= now[i];
-        }
+        [deleted, ends]
     }
-    deleted
 }
 
 /// Whether the neighbours (clockwise from north) make a pixel simple: exactly one run of background

@@ -50,8 +50,8 @@ impl Layers for Octagons {
     }
 
     #[inline(always)]
-    fn inner(&self, index: usize) -> &Tile {
-        self.eroded[2].get(index)
+    fn inner(&self) -> &Tiles {
+        &self.eroded[2]
     }
 
     #[inline(always)]

@@ -44,18 +44,23 @@ impl Layers for Ordered {
                 self.young.clear(place);
             }
         }
+        if self.layer >= 1 {
+            for &place in &self.pixels[self.pixels_of(self.layer - 1)] {
+                next.insert(place.tile());
+            }
+        }
         for &place in &self.pixels[self.pixels_of(self.layer)] {
             self.inner.clear(place);
             self.young.set(place);
             active.insert(place.tile());
-            next.insert(place.tile());
+            next.insert_touching(place);
         }
         self.layer += 1;
     }
 
     #[inline(always)]
-    fn inner(&self, index: usize) -> &Tile {
-        self.inner.get(index)
+    fn inner(&self) -> &Tiles {
+        &self.inner
     }
 
     #[inline(always)]

@@ -36,6 +36,28 @@ impl Tile {
         *self = self.difference(other);
     }
 
+    /// The pixels of both.
+    #[inline(always)]
+    pub(super) fn union(&self, other: &Self) -> Self {
+        let mut tile = *self;
+        for i in 0..LANES {
+            tile.even[i] |= other.even[i];
+            tile.odd[i] |= other.odd[i];
+        }
+        tile
+    }
+
+    /// The pixels that are in `other` too.
+    #[inline(always)]
+    pub(super) fn intersection(&self, other: &Self) -> Self {
+        let mut tile = *self;
+        for i in 0..LANES {
+            tile.even[i] &= other.even[i];
+            tile.odd[i] &= other.odd[i];
+        }
+        tile
+    }
+
     /// The pixels that are not in `other`.
     #[inline(always)]
     pub(super) fn difference(&self, other: &Self) -> Self {
@@ -352,6 +374,57 @@ impl Tiles {
     }
 }
 
+impl Tiles {
+    /// The pixels of a tile with a set pixel at most three rows and three columns away.
+    #[inline(always)]
+    pub(super) fn near(&self, index: usize) -> Tile {
+        let pitch = self.grid.pitch;
+        let (west_even, west_odd) = self.seven_rows(index - pitch);
+        let (even, odd) = self.seven_rows(index);
+        let (east_even, east_odd) = self.seven_rows(index + pitch);
+        Tile {
+            even: seven_columns(&west_even, &even, &east_even),
+            odd: seven_columns(&west_odd, &odd, &east_odd),
+        }
+    }
+
+    /// What is set in any of seven rows, around the even and around the odd rows of a tile.
+    #[inline(always)]
+    fn seven_rows(&self, index: usize) -> (Lanes, Lanes) {
+        let [above, tile, below] = [index - 1, index, index + 1].map(
+            #[inline(always)]
+            |at| &self.tiles[at],
+        );
+        let last = LANES - 1;
+        let even_above = shift_up(&tile.even, above.even[last]);
+        let odd_above = shift_up(&tile.odd, above.odd[last]);
+        let odd_far_above = shift_up(&odd_above, above.odd[last - 1]);
+        let even_below = shift_down(&tile.even, below.even[0]);
+        let odd_below = shift_down(&tile.odd, below.odd[0]);
+        let even_far_below = shift_down(&even_below, below.even[1]);
+        let (mut even, mut odd) = ([0; LANES], [0; LANES]);
+        for i in 0..LANES {
+            let near = even_above[i] | odd_above[i] | even_below[i] | odd_below[i];
+            let shared = near | tile.even[i] | tile.odd[i];
+            even[i] = shared | odd_far_above[i];
+            odd[i] = shared | even_far_below[i];
+        }
+        (even, odd)
+    }
+}
+
+#[inline(always)]
+fn seven_columns(west: &Lanes, centre: &Lanes, east: &Lanes) -> Lanes {
+    let mut lanes = [0; LANES];
+    for i in 0..LANES {
+        let (w, c, e) = (west[i], centre[i], east[i]);
+        let left = c << 1 | c << 2 | c << 3 | w >> 63 | w >> 62 | w >> 61;
+        let right = c >> 1 | c >> 2 | c >> 3 | e << 63 | e << 62 | e << 61;
+        lanes[i] = c | left | right;
+    }
+    lanes
+}
+
 /// A set of tiles, visited in the order of their indices.
 #[derive(Clone)]
 pub(super) struct Active {
@@ -381,6 +454,29 @@ impl Active {
     #[inline(always)]
     pub(super) fn insert(&mut self, index: usize) {
         self.bits[index / 64] |= 1 << (index % 64);
+    }
+
+    /// Inserts the tiles that a pixel touches: its own and those of its neighbours.
+    #[inline(always)]
+    pub(super) fn insert_touching(&mut self, place: Place) {
+        let pitch = self.grid.pitch;
+        let own = place.tile();
+        let mut insert_rows = |tile: usize| {
+            self.insert(tile);
+            if place.row == 0 {
+                self.insert(tile - 1);
+            }
+            if usize::from(place.row) == TILE_ROWS - 1 {
+                self.insert(tile + 1);
+            }
+        };
+        insert_rows(own);
+        if place.bit == 0 {
+            insert_rows(own - pitch);
+        }
+        if place.bit == 63 {
+            insert_rows(own + pitch);
+        }
     }
 
     /// Inserts a tile with changed pixels, and the neighbours that these pixels touch.

@@ -71,3 +71,217 @@ fn two_pass_thinnings_equal_their_definitions() {
         );
     }
 }
+
+/// Frames, checkerboards, stripes, specks, and lines along the border.
+fn hostile(random: &mut Random) -> BitImage {
+    let (width, height) = (random.side(), random.side());
+    let kind = random.below(8);
+    let noise = random.below(10);
+    let period = 1 + random.below(7) as usize;
+    BitImage::from_fn(width, height, |x, y| {
+        let border = x == 0 || y == 0 || x + 1 == width || y + 1 == height;
+        let shape = match kind {
+            0 => true,
+            1 => border,
+            2 => !border,
+            3 => (x + y) % 2 == 0,
+            4 => x / period % 2 == 0 && y / period % 2 == 0,
+            5 => (x + y) / period % 2 == 0,
+            6 => x % (2 * period) < period || y % (3 * period) == 0,
+            _ => x.min(y).min(width - x).min(height - y) / period % 2 == 0,
+        };
+        shape ^ (random.below(100) < noise)
+    })
+}
+
+#[test]
+fn homotopic_thinning_equals_its_definition() {
+    let mut random = Random(0xA076_1D64_78BD_642F);
+    for round in 0..rounds(120) {
+        let image = if round % 2 == 0 {
+            random.image()
+        } else {
+            hostile(&mut random)
+        };
+        assert_eq!(
+            thin::homotopic(&image),
+            reference::homotopic::homotopic(&image),
+            "{image:?}"
+        );
+        let range = [1, 4, 40, u64::from(u32::MAX)][random.below(4) as usize];
+        let order: Vec<u32> = (0..image.width() * image.height())
+            .map(|_| random.below(range) as u32)
+            .collect();
+        assert_eq!(
+            thin::homotopic_ordered(&image, &order),
+            reference::homotopic::homotopic_ordered(&image, &order),
+            "{image:?}"
+        );
+    }
+}
+
+/// The parts of an image: which part each pixel belongs to, and how many there are. Foreground hangs
+/// together by 8 neighbours, background by 4; one row and column more on each side are background.
+struct Parts {
+    width: usize,
+    of: Vec<usize>,
+    foreground: usize,
+    background: usize,
+}
+
+impl Parts {
+    fn new(image: &BitImage) -> Self {
+        let (width, height) = (image.width() + 2, image.height() + 2);
+        let set = |i: usize| i % width > 0 && i >= width && image.get(i % width - 1, i / width - 1);
+        let mut parts = Self {
+            width,
+            of: vec![usize::MAX; width * height],
+            foreground: 0,
+            background: 0,
+        };
+        for start in 0..width * height {
+            if parts.of[start] != usize::MAX {
+                continue;
+            }
+            let foreground = set(start);
+            let count = if foreground {
+                &mut parts.foreground
+            } else {
+                &mut parts.background
+            };
+            let name = *count;
+            *count += 1;
+            let mut stack = vec![start];
+            parts.of[start] = name;
+            while let Some(at) = stack.pop() {
+                for (dx, dy) in (0..9).map(|i| (i % 3, i / 3)) {
+                    let (x, y) = (at % width + dx, at / width + dy);
+                    let inside = (1..=width).contains(&x) && (1..=height).contains(&y);
+                    if !inside || (!foreground && dx != 1 && dy != 1) {
+                        continue;
+                    }
+                    let beside = (y - 1) * width + x - 1;
+                    if set(beside) == foreground && parts.of[beside] == usize::MAX {
+                        parts.of[beside] = name;
+                        stack.push(beside);
+                    }
+                }
+            }
+        }
+        parts
+    }
+}
+
+/// Each part of the image's foreground holds exactly one part of the skeleton's, and each part of the
+/// skeleton's background exactly one of the image's.
+fn assert_homotopic(image: &BitImage, skeleton: &BitImage) {
+    assert!(skeleton.is_subset_of(image), "{image:?}\n{skeleton:?}");
+    let (before, after) = (Parts::new(image), Parts::new(skeleton));
+    assert_eq!(
+        before.foreground, after.foreground,
+        "{image:?}\n{skeleton:?}"
+    );
+    assert_eq!(
+        before.background, after.background,
+        "{image:?}\n{skeleton:?}"
+    );
+    let mut old_of_new = vec![usize::MAX; after.foreground];
+    let mut new_of_old = vec![usize::MAX; before.background];
+    for i in 0..before.of.len() {
+        let (x, y) = (i % before.width, i / before.width);
+        let get = |image: &BitImage| x > 0 && y > 0 && image.get(x - 1, y - 1);
+        let (key, value) = match (get(image), get(skeleton)) {
+            (true, true) => (&mut old_of_new[after.of[i]], before.of[i]),
+            (false, false) => (&mut new_of_old[before.of[i]], after.of[i]),
+            _ => continue,
+        };
+        assert!(
+            *key == usize::MAX || *key == value,
+            "{image:?}\n{skeleton:?}"
+        );
+        *key = value;
+    }
+    for map in [&mut old_of_new, &mut new_of_old] {
+        let parts = map.len();
+        map.sort_unstable();
+        map.dedup();
+        assert_eq!(
+            map.len(),
+            parts,
+            "two parts became one: {image:?}\n{skeleton:?}"
+        );
+    }
+}
+
+/// By connectivity, not by a crossing number: the foreground neighbours hang together, and so do the
+/// background neighbours that reach one of the four sides.
+fn is_simple(image: &BitImage, x: usize, y: usize) -> bool {
+    let get = |dx: usize, dy: usize| x + dx > 0 && y + dy > 0 && image.get(x + dx - 1, y + dy - 1);
+    let ring = BitImage::from_fn(3, 3, |dx, dy| (dx != 1 || dy != 1) && get(dx, dy));
+    let clear = BitImage::from_fn(3, 3, |dx, dy| (dx != 1 || dy != 1) && !get(dx, dy));
+    let four_parts = |set: &BitImage| {
+        let mut name = [[0, 1, 2], [3, 4, 5], [6, 7, 8]];
+        for _ in 0..8 {
+            for v in 0..3 {
+                for u in 0..3 {
+                    for (a, b) in [(u, v + 1), (u + 1, v)] {
+                        if a < 3 && b < 3 && set.get(u, v) && set.get(a, b) {
+                            let least = name[v][u].min(name[b][a]);
+                            name[v][u] = least;
+                            name[b][a] = least;
+                        }
+                    }
+                }
+            }
+        }
+        let mut sides: Vec<_> = [(1, 0), (0, 1), (2, 1), (1, 2)]
+            .into_iter()
+            .filter(|&(u, v)| set.get(u, v))
+            .map(|(u, v)| name[v][u])
+            .collect();
+        sides.sort_unstable();
+        sides.dedup();
+        sides.len()
+    };
+    Parts::new(&ring).foreground == 1 && four_parts(&clear) == 1
+}
+
+/// No pixel can go but ends, so nothing is thicker than its topology forces it to be.
+fn assert_thin(image: &BitImage, skeleton: &BitImage) {
+    for y in 0..skeleton.height() {
+        for x in 0..skeleton.width() {
+            if !skeleton.get(x, y) || !is_simple(skeleton, x, y) {
+                continue;
+            }
+            let around = (0..9)
+                .filter(|i| {
+                    let (u, v) = (x + i % 3, y + i / 3);
+                    *i != 4 && u > 0 && v > 0 && skeleton.get(u - 1, v - 1)
+                })
+                .count();
+            assert_eq!(around, 1, "({x}, {y}) can go: {image:?}\n{skeleton:?}");
+        }
+    }
+}
+
+#[test]
+fn homotopic_thinning_keeps_the_topology_and_is_one_pixel_wide() {
+    let mut random = Random(0xE703_7ED1_A0B4_28DB);
+    for round in 0..rounds(300) {
+        let image = if round % 2 == 0 {
+            random.image()
+        } else {
+            hostile(&mut random)
+        };
+        let skeleton = thin::homotopic(&image);
+        assert_homotopic(&image, &skeleton);
+        assert_thin(&image, &skeleton);
+        let range = [1, 4, 40, u64::from(u32::MAX)][random.below(4) as usize];
+        let order: Vec<u32> = (0..image.width() * image.height())
+            .map(|_| random.below(range) as u32)
+            .collect();
+        let skeleton = thin::homotopic_ordered(&image, &order);
+        assert_homotopic(&image, &skeleton);
+        assert_thin(&image, &skeleton);
+    }
+}
