@@ -108,10 +108,7 @@ fn one_clear_line_for_each_fault() {
         with_edge(r#""id":2,"startid":0,"endid":1"#, &geometry)
     };
     let cases = [
-        (
-            "".to_owned(),
-            "EOF while parsing a value",
-        ),
+        ("".to_owned(), "EOF while parsing a value"),
         (
             "[]".to_owned(),
             "invalid type: sequence, expected a GeoJSON FeatureCollection",
@@ -196,10 +193,7 @@ fn one_clear_line_for_each_fault() {
             node(r#"{"id":1}"#, "[1,null]"),
             "feature 0: geometry.coordinates: expected [x, y], two finite numbers, found null",
         ),
-        (
-            node(r#"{"id":1}"#, "[1,NaN]"),
-            "feature 0: expected value",
-        ),
+        (node(r#"{"id":1}"#, "[1,NaN]"), "feature 0: expected value"),
         (
             node(r#"{"id":1}"#, "[1,1e999]"),
             "feature 0: number out of range",
@@ -260,10 +254,7 @@ fn one_clear_line_for_each_fault() {
             line("[[1,2],[[]],[1,[2]]]"),
             "feature 2: geometry.coordinates: expected lists of positions [x, y], found a position that is not numbers",
         ),
-        (
-            format!("{} x", collection("")),
-            "trailing characters",
-        ),
+        (format!("{} x", collection("")), "trailing characters"),
     ];
     for (text, expected) in cases {
         let error = read(&text).expect_err(&text).to_string();

@@ -1,12 +1,14 @@
 //! Integration tests.
 
 mod check;
+mod clearance;
 #[cfg(feature = "geojson")]
 mod geojson;
-mod clearance;
 mod graph;
 mod hostile;
 mod paper;
+#[cfg(feature = "geojson")]
+mod planted;
 mod random;
 
 /// Whether the long forms of the tests were asked for.
