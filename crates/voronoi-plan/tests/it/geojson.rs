@@ -251,7 +251,7 @@ fn one_clear_line_for_each_fault() {
             "feature 2: geometry.coordinates: expected lists of positions [x, y], found an object",
         ),
         (
-            line("[[1,2],[[]],[1,[2]]]"),
+            line("[[1,2],[[]],[1,2,[]]]"),
             "feature 2: geometry.coordinates: expected lists of positions [x, y], found a position that is not numbers",
         ),
         (format!("{} x", collection("")), "trailing characters"),
