@@ -143,3 +143,34 @@ fn without_background_there_is_no_distance() {
         free
     );
 }
+
+/// OpenCV's and SciPy's distances (testdata/golden/make_distance.py).
+#[test]
+fn equals_opencv() {
+    let path = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../testdata/golden/distance.bin"
+    );
+    let data = std::fs::read(path).unwrap();
+    let mut rest = data.as_slice();
+    let mut images = 0;
+    while let [w0, w1, h0, h1, planes @ ..] = rest {
+        let [width, height] = [[*w0, *w1], [*h0, *h1]].map(|b| usize::from(u16::from_le_bytes(b)));
+        let (bits, after) = planes.split_at((width * height).div_ceil(8));
+        let (numbers, after) = after.split_at(4 * width * height);
+        let image = BitImage::from_fn(width, height, |x, y| {
+            let at = y * width + x;
+            bits[at / 8] >> (at % 8) & 1 == 1
+        });
+        let (numbers, _) = numbers.as_chunks::<4>();
+        let want: Vec<u32> = numbers.iter().map(|&b| u32::from_le_bytes(b)).collect();
+        assert_eq!(
+            distance::squared(&image, Border::Foreground),
+            want,
+            "{image:?}"
+        );
+        images += 1;
+        rest = after;
+    }
+    assert_eq!(images, 30);
+}

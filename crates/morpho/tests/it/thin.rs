@@ -285,3 +285,96 @@ fn homotopic_thinning_keeps_the_topology_and_is_one_pixel_wide() {
         assert_thin(&image, &skeleton);
     }
 }
+
+/// A corridor with square ends at any angle: the skeleton is its centre line, and reaches to half its
+/// width from either end.
+#[test]
+fn a_corridors_skeleton_is_its_centre_line() {
+    for (half_length, half_width) in [(70.0, 3.2), (70.0, 7.5), (70.0, 16.7), (60.0, 30.0)] {
+        for degrees in (0..180).step_by(5) {
+            let (sine, cosine) = f64::from(degrees).to_radians().sin_cos();
+            let along = |x: usize, y: usize| {
+                let (dx, dy) = (x as f64 - 99.6, y as f64 - 100.3);
+                [dx * cosine + dy * sine, dy * cosine - dx * sine]
+            };
+            let image = BitImage::from_fn(200, 200, |x, y| {
+                let [s, t] = along(x, y);
+                s.abs() <= half_length && t.abs() <= half_width
+            });
+            let skeleton = thin::homotopic(&image);
+            let straight = half_length - half_width - 2.0;
+            let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+            for (x, y) in (0..200 * 200).map(|i| (i % 200, i / 200)) {
+                let [s, t] = along(x, y);
+                if !skeleton.get(x, y) || s.abs() > straight {
+                    continue;
+                }
+                assert!(
+                    t.abs() <= 1.5,
+                    "{t:.2} off at {s:.1}, {degrees} degrees, {half_width}"
+                );
+                least = least.min(s);
+                most = most.max(s);
+            }
+            let reach = straight - 3.0;
+            assert!(
+                least <= -reach && most >= reach,
+                "{least:.1} .. {most:.1} of {straight:.1} at {degrees} degrees, {half_width}"
+            );
+        }
+    }
+}
+
+fn golden(name: &str) -> Vec<u8> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../testdata/");
+    std::fs::read(format!("{folder}{name}")).unwrap()
+}
+
+/// OpenCV's results (testdata/golden/make_thinning.py).
+#[test]
+fn two_pass_thinnings_equal_opencv_on_little_images() {
+    let data = golden("golden/thinning.bin");
+    let mut rest = data.as_slice();
+    let mut images = 0;
+    while let [width, height, planes @ ..] = rest {
+        let (width, height) = (usize::from(*width), usize::from(*height));
+        let bytes = (width * height).div_ceil(8);
+        let plane = |i: usize| {
+            let bits = &planes[i * bytes..(i + 1) * bytes];
+            BitImage::from_fn(width, height, |x, y| {
+                let at = y * width + x;
+                bits[at / 8] >> (at % 8) & 1 == 1
+            })
+        };
+        assert_eq!(thin::zhang_suen(&plane(0)), plane(1), "{:?}", plane(0));
+        assert_eq!(thin::guo_hall(&plane(0)), plane(2), "{:?}", plane(0));
+        images += 1;
+        rest = &planes[3 * bytes..];
+    }
+    assert_eq!(images, 383);
+}
+
+/// OpenCV's results on real maps, as counts and hashes.
+#[test]
+fn two_pass_thinnings_equal_opencv_on_maps() {
+    let text = String::from_utf8(golden("golden/thinning_maps.txt")).unwrap();
+    for line in text.lines().filter(|line| !line.starts_with('#')) {
+        let [path, width, height, ref results @ ..] = line.split(' ').collect::<Vec<_>>()[..]
+        else {
+            panic!("{line}");
+        };
+        let (width, height): (usize, usize) = (width.parse().unwrap(), height.parse().unwrap());
+        let file = golden(&format!("maps/{path}"));
+        let grey = &file[file.len() - width * height..];
+        let free = BitImage::from_fn(width, height, |x, y| grey[y * width + x] >= 250);
+        let got = [thin::zhang_suen(&free), thin::guo_hall(&free)].map(|thinned| {
+            let hash = (0..width * height).fold(0xCBF2_9CE4_8422_2325_u64, |hash, i| {
+                let pixel = u64::from(thinned.get(i % width, i / width));
+                (hash ^ pixel).wrapping_mul(0x100_0000_01B3)
+            });
+            format!("{} {hash:016x}", thinned.count_ones())
+        });
+        assert_eq!(got.join(" "), results.join(" "), "{path}");
+        assert_homotopic(&free, &thin::homotopic(&free));
+    }
+}
