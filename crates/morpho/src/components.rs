@@ -181,15 +181,18 @@ impl Components {
 
     /// [`to_labels`](Self::to_labels) into a vector whose memory is reused.
     pub fn to_labels_into(&self, labels: &mut Vec<u32>) {
-        labels.clear();
         labels.resize(self.width * self.height, 0);
         if self.width == 0 {
             return;
         }
         for (y, row) in labels.chunks_exact_mut(self.width).enumerate() {
+            let mut end = 0;
             for run in &self.runs[self.rows[y]..self.rows[y + 1]] {
-                row[run.start as usize..run.end as usize].fill(run.label);
+                row[end..run.start as usize].fill(0);
+                end = run.end as usize;
+                row[run.start as usize..end].fill(run.label);
             }
+            row[end..].fill(0);
         }
     }
 

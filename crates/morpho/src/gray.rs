@@ -1,14 +1,16 @@
 //! From 8-bit gray to bits and back.
 
 use crate::BitImage;
+use crate::pack::pack_rows;
 
-/// The image whose pixel is foreground iff its gray value is `threshold` or more.
+/// The image whose pixel is foreground iff its gray value is `threshold` or more: free from that
+/// lightness on.
 ///
 /// # Panics
 /// If `gray` does not hold `width * height` values.
 #[must_use]
 pub fn threshold(gray: &[u8], width: usize, height: usize, threshold: u8) -> BitImage {
-    let mut out = BitImage::new(0, 0);
+    let mut out = BitImage::default();
     threshold_into(gray, width, height, threshold, &mut out);
     out
 }
@@ -23,15 +25,26 @@ pub fn threshold_into(gray: &[u8], width: usize, height: usize, threshold: u8, o
         width * height,
         "gray values of {width} x {height}"
     );
-    *out = BitImage::from_fn(width, height, |x, y| gray[y * width + x] >= threshold);
+    out.reshape(width, height);
+    if width > 0 {
+        pack_rows(gray, width, threshold, out.words_mut());
+    }
 }
 
 /// 255 for foreground, 0 for background, row after row.
 #[must_use]
 pub fn to_gray(image: &BitImage) -> Vec<u8> {
-    let mut gray = Vec::with_capacity(image.width() * image.height());
-    for y in 0..image.height() {
-        gray.extend((0..image.width()).map(|x| if image.get(x, y) { 255 } else { 0 }));
+    let width = image.width();
+    let mut gray = vec![0; width * image.height()];
+    if width == 0 {
+        return gray;
+    }
+    for (y, values) in gray.chunks_exact_mut(width).enumerate() {
+        for (&word, values) in image.row(y).iter().zip(values.chunks_mut(64)) {
+            for (i, value) in values.iter_mut().enumerate() {
+                *value = if word >> i & 1 == 1 { 255 } else { 0 };
+            }
+        }
     }
     gray
 }

@@ -9,6 +9,7 @@ mod gray;
 mod grow;
 mod ledger;
 mod ops;
+mod pack;
 mod pipeline;
 pub mod reference;
 mod row;

@@ -1,5 +1,6 @@
 //! Integration tests.
 mod distance;
-mod thin;
 mod ops;
 mod random;
+mod thin;
+mod fill;

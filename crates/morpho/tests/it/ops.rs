@@ -47,6 +47,36 @@ fn openings_and_closings_equal_their_twins() {
     }
 }
 
+/// Images of so many words that they pass in several bands.
+#[test]
+fn large_images_equal_their_twins() {
+    let mut random = Random::new(5);
+    for _ in 0..rounds(4) {
+        let image = random.image(4160 + random.below(70), 40);
+        for element in [
+            Element::square(3),
+            Element::rectangle(2, 3),
+            Element::rectangle(1, 9),
+            Element::square(15),
+            Element::disk(3),
+        ] {
+            let border = random.pick(&BORDERS);
+            let twin = reference::ops::erode(&image, &element, border);
+            assert_eq!(
+                erode(&image, &element, border),
+                twin,
+                "{border:?} {element:?}"
+            );
+            let twin = reference::ops::dilate(&image, &element, border);
+            assert_eq!(
+                dilate(&image, &element, border),
+                twin,
+                "{border:?} {element:?}"
+            );
+        }
+    }
+}
+
 /// The border rule with foreground and background exchanged.
 fn exchanged(border: Border) -> Border {
     match border {
