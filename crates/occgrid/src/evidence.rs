@@ -44,6 +44,8 @@ pub(crate) struct RangeEvidence<'a> {
     offset: f64,
     /// Cells nearer than this get nothing [cells^2].
     blanking_squared: f64,
+    /// Up to here the evidence is that of the first bin [cells^2]; 0 where there is no such place.
+    even_squared: f64,
     /// Nothing farther than this gets any [m].
     pub(crate) reach: f64,
 }
@@ -122,31 +124,106 @@ impl EvidenceTables {
             }
             Reading::TooClose | Reading::Fault => return None,
         };
+        let scale = self.resolution / bin;
+        // a little less than half a bin, so that rounding cannot matter
+        let even = ((0.499 - offset) / scale).max(0.0);
         Some(RangeEvidence {
             table,
-            scale: self.resolution / bin,
+            scale,
             offset,
+            even_squared: even * even,
             blanking_squared: (self.model.blanking / self.resolution).powi(2),
             reach,
         })
     }
 }
 
+/// Cells whose bins are found together, before they are looked up: the first half is vector arithmetic, the
+/// second is not.
+const RUN: usize = 128;
+
+/// Runs are padded to whole vectors.
+const LANES: usize = 8;
+
+/// Room for the bins of a run.
+pub(crate) type Bins = [u32; RUN];
+
+/// Room for bins, before any run.
+pub(crate) const EMPTY_BINS: Bins = [0; RUN];
+
 impl RangeEvidence<'_> {
     /// Evidence for a cell whose centre is at (x, y) from the sonar [cells].
-    #[inline(always)]
     pub(crate) fn at(&self, x: f64, y: f64) -> f32 {
+        let mut value = [0.0];
+        self.add_to(&mut value, x, y, &mut { EMPTY_BINS });
+        value[0]
+    }
+
+    /// Adds the evidence to a run of cells in one row, the first of which has its centre at (x, y) from the
+    /// sonar [cells].
+    #[inline(always)]
+    pub(crate) fn add_to(&self, cells: &mut [f32], x: f64, y: f64, bins: &mut Bins) {
+        let chord = self.even_squared - y * y;
+        if chord <= 0.0 {
+            return self.add_looked_up(cells, x, y, bins);
+        }
+        // The cells in the middle, |x| <= sqrt(chord), all get the same.
+        let half = chord.sqrt();
+        let from = ((-half - x).ceil().max(0.0) as usize).min(cells.len());
+        let to = ((half - x + 1.0).floor().max(0.0) as usize).clamp(from, cells.len());
+        let (front, rest) = cells.split_at_mut(from);
+        let (even, back) = rest.split_at_mut(to - from);
+        self.add_looked_up(front, x, y, bins);
+        self.add_even(even, x + from as f64, y);
+        self.add_looked_up(back, x + to as f64, y, bins);
+    }
+
+    #[inline(always)]
+    fn add_even(&self, cells: &mut [f32], x: f64, y: f64) {
+        let value = self.table[0];
+        let hole = self.blanking_squared - y * y;
+        if hole <= 0.0 {
+            for cell in cells {
+                *cell += value;
+            }
+        } else {
+            for (step, cell) in (0_i32..).zip(cells) {
+                let x = x + f64::from(step);
+                *cell += if x * x < hole { 0.0 } else { value };
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn add_looked_up(&self, cells: &mut [f32], x: f64, y: f64, bins: &mut Bins) {
+        let mut first = x;
+        for run in cells.chunks_mut(RUN) {
+            let padded = run.len().next_multiple_of(LANES);
+            self.find_bins(&mut bins[..padded], first, y * y);
+            for (cell, &bin) in run.iter_mut().zip(bins.iter()) {
+                *cell += self.table[bin as usize % TABLE_LEN];
+            }
+            first += RUN as f64;
+        }
+    }
+
+    #[inline(always)]
+    fn find_bins(&self, bins: &mut [u32], x: f64, y_squared: f64) {
         /// Adding 2^52 leaves the nearest integer in the low bits: a conversion that vectorises.
         const INTEGER: f64 = 4_503_599_627_370_496.0;
-        let squared = x * x + y * y;
-        let bin = (squared.sqrt() * self.scale + self.offset)
-            .max(0.0)
-            .min((TABLE_LEN - 1) as f64);
-        let value = self.table[(bin + INTEGER).to_bits() as usize % TABLE_LEN];
-        if squared < self.blanking_squared {
-            0.0
-        } else {
-            value
+        const LAST: f64 = (TABLE_LEN - 1) as f64;
+        for (step, bin) in (0_i32..).zip(bins) {
+            let x = x + f64::from(step);
+            let squared = x * x + y_squared;
+            let place = squared.sqrt() * self.scale + self.offset;
+            let place = if place > 0.0 { place } else { 0.0 };
+            let place = if place < LAST { place } else { LAST };
+            let place = if squared < self.blanking_squared {
+                LAST
+            } else {
+                place
+            };
+            *bin = (place + INTEGER).to_bits() as u32;
         }
     }
 }

@@ -14,6 +14,10 @@ pub(crate) struct Footprint {
     right: [f64; 2],
     left: [f64; 2],
     reach: f64,
+    /// x per y along the axis and along the two edges.
+    axis_slope: f64,
+    right_slope: f64,
+    left_slope: f64,
 }
 
 /// Cells of one row, as columns of the lattice.
@@ -38,13 +42,22 @@ impl Footprint {
     pub(crate) fn new(anchor: Pose2, resolution: f64, beam: Pose2, width: f64, reach: f64) -> Self {
         let Point2 { x, y } = anchor.inverse().transform_from(beam.position());
         let heading = beam.theta - anchor.theta;
-        let direction = |angle: f64| [angle.cos(), angle.sin()];
+        let direction = |angle: f64| {
+            let (sin, cos) = angle.sin_cos();
+            [cos, sin]
+        };
+        let axis = direction(heading);
+        let right = direction(heading - 0.5 * width);
+        let left = direction(heading + 0.5 * width);
         Self {
             apex: [x / resolution, y / resolution],
-            axis: direction(heading),
-            right: direction(heading - 0.5 * width),
-            left: direction(heading + 0.5 * width),
+            axis,
+            right,
+            left,
             reach: reach / resolution,
+            axis_slope: axis[0] / axis[1],
+            right_slope: right[0] / right[1],
+            left_slope: left[0] / left[1],
         }
     }
 
@@ -84,66 +97,82 @@ impl Footprint {
     }
 
     /// The cells of row `j` that the beam touches.
+    #[inline(always)]
     pub(crate) fn row(&self, j: i64) -> RowSpans {
-        let cone = self.cone_columns(j as f64 + 0.5 - self.apex[1]);
-        let crossed = self.axis_columns(j as f64 - self.apex[1]);
-        if cone.is_empty() {
-            return RowSpans {
-                axis: [crossed, cone.end..cone.end],
-                cone,
+        let bottom = j as f64 - self.apex[1];
+        let (from, to) = self.cone_chord(bottom + 0.5);
+        let (axis_from, axis_to) = self.axis_chord(bottom);
+        let (mut cone, mut axis) = (0..0, [0..0, 0..0]);
+        if from <= to {
+            let first = (from + self.apex[0] - 0.5).ceil() as i64;
+            let last = (to + self.apex[0] - 0.5).floor() as i64;
+            cone = first..(last + 1).max(first);
+        }
+        // Where the axis is half a cell or more inside the cone, its cells are the cone's.
+        let covered = from + 0.5 < axis_from && axis_to < to - 0.5;
+        if axis_from <= axis_to && !covered {
+            let first = (axis_from + self.apex[0]).floor() as i64;
+            let end = (axis_to + self.apex[0]).floor() as i64 + 1;
+            axis = if cone.is_empty() {
+                [first..end, end..end]
+            } else {
+                [first..end.min(cone.start), first.max(cone.end)..end]
             };
         }
-        RowSpans {
-            axis: [
-                crossed.start..crossed.end.min(cone.start),
-                crossed.start.max(cone.end)..crossed.end,
-            ],
-            cone,
-        }
+        RowSpans { cone, axis }
     }
 
-    /// Columns whose centres lie in the cone, in the row whose centres are `y` above the apex.
-    fn cone_columns(&self, y: f64) -> Range<i64> {
-        let chord = self.reach * self.reach - y * y;
-        if chord < 0.0 {
-            return 0..0;
+    /// Where the cone is on the horizontal line `y` above the apex, from the apex on; empty where from > to.
+    #[inline(always)]
+    fn cone_chord(&self, y: f64) -> (f64, f64) {
+        const EMPTY: (f64, f64) = (1.0, -1.0);
+        let squared = self.reach * self.reach - y * y;
+        if squared < 0.0 {
+            return EMPTY;
         }
-        let (mut from, mut to) = (-chord.sqrt(), chord.sqrt());
-        // A point (x, y) is left of direction e where e.x y - e.y x >= 0.
-        for e in [self.right, [-self.left[0], -self.left[1]]] {
-            let bound = e[0] * y / e[1];
-            if e[1] > 0.0 {
-                to = to.min(bound);
-            } else if e[1] < 0.0 {
-                from = from.max(bound);
-            } else if e[0] * y < 0.0 {
-                return 0..0;
+        let to = squared.sqrt();
+        let mut chord = (-to, to);
+        // A point (x, y) is left of direction e where e.x y - e.y x >= 0, and right of it where <= 0.
+        for (e, slope, turn) in [
+            (self.right, self.right_slope, 1.0),
+            (self.left, self.left_slope, -1.0),
+        ] {
+            if turn * e[1] > 0.0 {
+                chord.1 = chord.1.min(y * slope);
+            } else if e[1] != 0.0 {
+                chord.0 = chord.0.max(y * slope);
+            } else if turn * e[0] * y < 0.0 {
+                return EMPTY;
             }
         }
-        let first = (from + self.apex[0] - 0.5).ceil() as i64;
-        let last = (to + self.apex[0] - 0.5).floor() as i64;
-        first..(last + 1).max(first)
+        chord
     }
 
-    /// Columns that the axis crosses in the row that starts `bottom` above the apex.
-    fn axis_columns(&self, bottom: f64) -> Range<i64> {
+    /// Where the axis is in the row that starts `bottom` above the apex, from the apex on; empty where
+    /// from > to.
+    #[inline(always)]
+    fn axis_chord(&self, bottom: f64) -> (f64, f64) {
+        const EMPTY: (f64, f64) = (1.0, -1.0);
         let [dx, dy] = self.axis;
-        // the stretch of the axis inside the row, as distances from the apex
-        let (mut from, mut to) = (0.0_f64, self.reach);
-        if dy == 0.0 {
-            if !(bottom <= 0.0 && bottom + 1.0 > 0.0) {
-                return 0..0;
-            }
-        } else {
-            let (a, b) = (bottom / dy, (bottom + 1.0) / dy);
-            from = from.max(a.min(b));
-            to = to.min(a.max(b));
-            if from > to {
-                return 0..0;
-            }
+        let tip = (dx * self.reach, dy * self.reach);
+        let (low, high) = (
+            bottom.max(tip.1.min(0.0)),
+            (bottom + 1.0).min(tip.1.max(0.0)),
+        );
+        if low > high {
+            return EMPTY;
         }
-        let (a, b) = (self.apex[0] + from * dx, self.apex[0] + to * dx);
-        a.min(b).floor() as i64..a.max(b).floor() as i64 + 1
+        if dy == 0.0 {
+            return if bottom + 1.0 > 0.0 {
+                (tip.0.min(0.0), tip.0.max(0.0))
+            } else {
+                EMPTY
+            };
+        }
+        let (a, b) = (low * self.axis_slope, high * self.axis_slope);
+        // rounding must not carry the ends past the tip of a nearly horizontal axis
+        let clip = |x: f64| x.clamp(tip.0.min(0.0), tip.0.max(0.0));
+        (clip(a.min(b)), clip(a.max(b)))
     }
 }
 

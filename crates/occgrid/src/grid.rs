@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use thiserror::Error;
 
-use crate::evidence::{EvidenceTables, RangeEvidence};
+use crate::evidence::{EMPTY_BINS, EvidenceTables, RangeEvidence};
 use crate::footprint::{Bounds, Footprint};
 use crate::frame::MAX_SIDE_CELLS;
 use crate::{Cell, FrameError, MapFrame, Point2, Pose2, Shot, SonarModel, SonarModelError};
@@ -282,20 +282,28 @@ impl OccupancyGrid {
         let covered = self.grow(&bounds)?;
         let [x, y] = footprint.apex();
         let width = self.frame.width() as usize;
-        for j in bounds.rows {
-            let spans = footprint.row(j);
-            let row = (covered.rows.end - 1 - j) as usize * width;
-            let cells = &mut self.log_odds[row..row + width];
-            for span in [spans.cone, spans.axis[0].clone(), spans.axis[1].clone()] {
-                add_evidence(
-                    cells,
-                    covered.cols.start,
-                    span,
-                    [x, j as f64 + 0.5 - y],
-                    &evidence,
-                );
-            }
-        }
+        let log_odds = &mut self.log_odds;
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                let mut bins = EMPTY_BINS;
+                for j in bounds.rows {
+                    let spans = footprint.row(j);
+                    let row = (covered.rows.end - 1 - j) as usize * width;
+                    let cells = &mut log_odds[row..row + width];
+                    let y = j as f64 + 0.5 - y;
+                    let [left, right] = spans.axis;
+                    for span in [spans.cone, left, right]
+                        .into_iter()
+                        .filter(|s| !s.is_empty())
+                    {
+                        let at = |i: i64| (i - covered.cols.start) as usize;
+                        let run = &mut cells[at(span.start)..at(span.end)];
+                        evidence.add_to(run, span.start as f64 + 0.5 - x, y, &mut bins);
+                    }
+                }
+            },
+        );
         Ok(())
     }
 
@@ -367,27 +375,6 @@ fn check_shot(shot: &Shot) -> Result<(), GridError> {
     (finite && range >= 0.0)
         .then_some(())
         .ok_or(GridError::Shot { stamp: shot.stamp })
-}
-
-/// Adds the evidence to the columns `span` of a row that starts at column `first`; `x` is the sonar's, `y` the
-/// row's height above it [cells].
-#[inline(always)]
-fn add_evidence(
-    row: &mut [f32],
-    first: i64,
-    span: Range<i64>,
-    [x, y]: [f64; 2],
-    evidence: &RangeEvidence<'_>,
-) {
-    let from = (span.start - first).max(0) as usize;
-    let to = (span.end - first).clamp(from as i64, row.len().max(from) as i64) as usize;
-    let Some(cells) = row.get_mut(from..to) else {
-        return;
-    };
-    let start = span.start.max(first);
-    for (k, cell) in cells.iter_mut().enumerate() {
-        *cell += evidence.at((start + k as i64) as f64 + 0.5 - x, y);
-    }
 }
 
 /// What is covered, extended to what is needed: each side that must move goes to the end of a block, the others

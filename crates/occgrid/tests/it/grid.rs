@@ -126,7 +126,8 @@ fn the_fast_update_is_the_plain_one() {
             assert!(
                 fast.to_bits() == plain.to_bits()
                     || on_the_edge(grid.frame(), &model, &shot, index),
-                "case {case}, cell {index} of {:?}: {fast} for {plain}\n{model:?}\n{shot:?}", grid.frame()
+                "case {case}, cell {index} of {:?}: {fast} for {plain}\n{model:?}\n{shot:?}",
+                grid.frame()
             );
             compared += usize::from(*plain != 0.0);
         }
