@@ -1,7 +1,9 @@
 //! Saves a small map twice and reads it back; with arguments, one save or one load, which is how the
-//! crash tests use it: `save_map save MAP.yaml SEED [plain|scale|raw]..`, `save_map load MAP.yaml`.
+//! crash tests use it: `save_map save MAP.yaml SEED [plain|scale|raw]..`, `save_map load MAP.yaml`,
+//! `save_map churn MAP.yaml SEED` (save after save, until killed).
 
 use std::process::ExitCode;
+use std::time::{Duration, Instant};
 
 use occgrid::{
     LoadOptions, MapFrame, MapMode, OccupancyMap, Pose2, SaveOptions, load_map, save_map,
@@ -14,7 +16,11 @@ fn main() -> ExitCode {
         [] => demonstrate(),
         ["save", path, seed, flags @ ..] => save(path, seed, flags),
         ["load", path] => load(path),
-        _ => Err("usage: save_map [save MAP.yaml SEED [plain|scale|raw].. | load MAP.yaml]".into()),
+        ["churn", path, seed] => churn(path, seed),
+        _ => Err(
+            "usage: save_map [save MAP.yaml SEED [FLAG].. | load MAP.yaml | churn MAP.yaml SEED]"
+                .into(),
+        ),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -71,9 +77,44 @@ fn save(path: &str, seed: &str, flags: &[&str]) -> Result<(), String> {
     Ok(())
 }
 
+fn churn(path: &str, seed: &str) -> Result<(), String> {
+    let first: u32 = seed.parse().map_err(|_| "SEED is a whole number")?;
+    for seed in first.. {
+        let (map, log_odds) = made_from(seed)?;
+        save_map(path, &map, Some(&log_odds), &SaveOptions::default())
+            .map_err(|e| e.to_string())?;
+    }
+    Ok(())
+}
+
 fn load(path: &str) -> Result<(), String> {
-    let loaded = load_map(path, &LoadOptions::default()).map_err(|e| e.to_string())?;
-    let frame = loaded.map.frame();
+    let before = (cpu_time(), Instant::now());
+    let loaded = load_map(path, &LoadOptions::default());
+    let elapsed = match (before.0, cpu_time()) {
+        (Some(start), Some(end)) => end - start,
+        _ => before.1.elapsed(),
+    };
+    // the tests hold time and peak memory to the documented bounds
+    println!(
+        "{} us, peak {} kB",
+        elapsed.as_micros(),
+        peak_kib().unwrap_or(0)
+    );
+    let frame = *loaded.map_err(|e| e.to_string())?.map.frame();
     println!("{} x {} cells", frame.width(), frame.height());
     Ok(())
+}
+
+/// How long this process has been running on a processor, on Linux: other programs do not count.
+fn cpu_time() -> Option<Duration> {
+    let times = std::fs::read_to_string("/proc/self/schedstat").ok()?;
+    let nanoseconds = times.split_whitespace().next()?.parse().ok()?;
+    Some(Duration::from_nanos(nanoseconds))
+}
+
+/// The most memory that this process has held [KiB], on Linux.
+fn peak_kib() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
+    line.split_whitespace().nth(1)?.parse().ok()
 }

@@ -12,8 +12,11 @@ use image::{
 
 use crate::map_file_error::quoted;
 use crate::map_image::MapImage;
-use crate::map_values::{UNKNOWN, ValueRule, level8, luma16};
+use crate::map_values::{UNKNOWN, ValueRule, level8, luma8, luma16};
 use crate::{LoadOptions, MapFileError, MapMode, OccupancyMap, ThresholdRule};
+
+/// What a decoder may hold beside the picture [byte]: a colour profile can be a bomb, too.
+const DECODER_BYTES: u64 = 32 << 20;
 
 pub(crate) fn decode(
     file: &Path,
@@ -27,7 +30,7 @@ pub(crate) fn decode(
     let mut limits = Limits::default();
     limits.max_image_width = Some(options.max_side_cells);
     limits.max_image_height = Some(options.max_side_cells);
-    limits.max_alloc = Some(options.max_image_bytes);
+    limits.max_alloc = Some(DECODER_BYTES);
     reader.limits(limits);
     // memory for the picture is asked for below, after the checks: the decoder's own constructors
     // that allocate do not look at the limits
@@ -66,13 +69,15 @@ pub(crate) fn decode(
         ));
     }
     let color = decoder.color_type();
-    let mut pixels = Vec::new();
     let length = usize::try_from(bytes).unwrap_or(usize::MAX);
-    pixels.try_reserve_exact(length).map_err(|e| {
+    let mut probe: Vec<u8> = Vec::new();
+    probe.try_reserve_exact(length).map_err(|e| {
         let e = std::io::Error::new(std::io::ErrorKind::OutOfMemory, e);
         MapFileError::io(file, "memory", e)
     })?;
-    pixels.resize(length, 0);
+    drop(probe);
+    // zeroed by the system page by page: a picture cut short does not cost its whole size
+    let mut pixels = vec![0; length];
     decoder.read_image(&mut pixels).map_err(refused)?;
     let values = values_of(file, pixels, color, rule)?;
     Ok(MapImage {
@@ -91,7 +96,6 @@ fn values_of(
 ) -> Result<Vec<i8>, MapFileError> {
     let cells = pixels.len() / usize::from(color.bytes_per_pixel());
     let to_value = PixelRule::new(rule);
-    let narrow = |p: &[u8], i| u16::from(p[i]) * 257;
     let wide = |p: &[u8], i: usize| u16::from_ne_bytes([p[2 * i], p[2 * i + 1]]);
     match color {
         ColorType::L8 => {
@@ -99,17 +103,9 @@ fn values_of(
                 *pixel = to_value.table[usize::from(*pixel)] as u8;
             }
         }
-        ColorType::La8 => in_place::<2>(&mut pixels, |p| {
-            let grey = narrow(p, 0);
-            to_value.of(&[grey], Some(narrow(p, 1)))
-        }),
-        ColorType::Rgb8 => in_place::<3>(&mut pixels, |p| {
-            to_value.of(&[narrow(p, 0), narrow(p, 1), narrow(p, 2)], None)
-        }),
-        ColorType::Rgba8 => in_place::<4>(&mut pixels, |p| {
-            let rgb = [narrow(p, 0), narrow(p, 1), narrow(p, 2)];
-            to_value.of(&rgb, Some(narrow(p, 3)))
-        }),
+        ColorType::La8 => in_place::<2>(&mut pixels, |p| to_value.of8(&[p[0]], Some(p[1]))),
+        ColorType::Rgb8 => in_place::<3>(&mut pixels, |p| to_value.of8(&p[..3], None)),
+        ColorType::Rgba8 => in_place::<4>(&mut pixels, |p| to_value.of8(&p[..3], Some(p[3]))),
         ColorType::L16 => in_place::<2>(&mut pixels, |p| to_value.of(&[wide(p, 0)], None)),
         ColorType::La16 => in_place::<4>(&mut pixels, |p| {
             to_value.of(&[wide(p, 0)], Some(wide(p, 1)))
@@ -154,33 +150,45 @@ impl<'a> PixelRule<'a> {
 
     /// The value of a pixel given as 16-bit levels: one (grey) or three (colour), and alpha.
     fn of(&self, levels: &[u16], alpha: Option<u16>) -> i8 {
-        match self.rule.rule {
-            ThresholdRule::Nav2 => {
-                if self.rule.mode != MapMode::Raw && alpha.is_some_and(|a| level8(a) < 255) {
-                    return UNKNOWN;
-                }
-                let grey = match *levels {
-                    [red, green, blue] => luma16(red, green, blue),
-                    _ => levels[0],
-                };
-                self.table[usize::from(level8(grey))]
+        match (self.rule.rule, levels) {
+            (ThresholdRule::Nav2, &[red, green, blue]) => {
+                self.nav2(level8(luma16(red, green, blue)), alpha.map(level8))
             }
-            ThresholdRule::Ros1 => {
-                // trinary mode averages alpha in, as it always did there
-                let counted = match self.rule.mode {
-                    MapMode::Trinary => alpha,
-                    _ => None,
-                };
-                let sum: u32 = levels
-                    .iter()
-                    .chain(&counted)
-                    .map(|&level| u32::from(level8(level)))
-                    .sum();
-                let count = levels.len() + usize::from(counted.is_some());
-                let mean = f64::from(sum) / count as f64;
-                self.rule.ros1(mean, alpha.map_or(1, level8))
+            (ThresholdRule::Nav2, _) => self.nav2(level8(levels[0]), alpha.map(level8)),
+            (ThresholdRule::Ros1, _) => {
+                let narrow: [u8; 3] =
+                    std::array::from_fn(|i| levels.get(i).map_or(0, |&v| level8(v)));
+                self.ros1(&narrow[..levels.len()], alpha.map(level8))
             }
         }
+    }
+
+    /// The same for 8-bit levels.
+    #[inline]
+    fn of8(&self, levels: &[u8], alpha: Option<u8>) -> i8 {
+        match (self.rule.rule, levels) {
+            (ThresholdRule::Nav2, &[red, green, blue]) => self.nav2(luma8(red, green, blue), alpha),
+            (ThresholdRule::Nav2, _) => self.nav2(levels[0], alpha),
+            (ThresholdRule::Ros1, _) => self.ros1(levels, alpha),
+        }
+    }
+
+    #[inline]
+    fn nav2(&self, grey: u8, alpha: Option<u8>) -> i8 {
+        if alpha.is_some_and(|alpha| alpha < 255) && self.rule.mode != MapMode::Raw {
+            UNKNOWN
+        } else {
+            self.table[usize::from(grey)]
+        }
+    }
+
+    fn ros1(&self, levels: &[u8], alpha: Option<u8>) -> i8 {
+        // trinary mode averages alpha in, as it always did there
+        let counted = alpha.filter(|_| self.rule.mode == MapMode::Trinary);
+        let sum: u32 = levels.iter().chain(&counted).map(|&v| u32::from(v)).sum();
+        let count = levels.len() + usize::from(counted.is_some());
+        let mean = f64::from(sum) / count as f64;
+        self.rule.ros1(mean, alpha.unwrap_or(1))
     }
 }
 

@@ -89,9 +89,11 @@ pub fn load_map(path: impl AsRef<Path>, options: &LoadOptions) -> Result<LoadedM
     let mut bytes = read_yaml(path, options)?;
     // a save may replace the map between our reading of the YAML and of the picture: a failure
     // counts only if the YAML is still the same
+    let mut tries = 0;
     loop {
         let loaded = load_named(path, &bytes, options);
-        if loaded.is_ok() {
+        tries += 1;
+        if loaded.is_ok() || tries == MOST_TRIES {
             return loaded;
         }
         let again = read_yaml(path, options)?;
@@ -101,6 +103,9 @@ pub fn load_map(path: impl AsRef<Path>, options: &LoadOptions) -> Result<LoadedM
         bytes = again;
     }
 }
+
+/// How often a map that is being saved over is read again.
+const MOST_TRIES: u32 = 100;
 
 fn load_named(path: &Path, yaml: &[u8], options: &LoadOptions) -> Result<LoadedMap, MapFileError> {
     let options = &LoadOptions {

@@ -70,6 +70,13 @@ pub(crate) fn luma16(red: u16, green: u16, blue: u16) -> u16 {
     (luma + 0.5) as u16
 }
 
+/// [`luma16`] of 8-bit levels, cut to 8 bits; in whole numbers, equal for all 2^24 colours.
+pub(crate) const fn luma8(red: u8, green: u8, blue: u8) -> u8 {
+    // thousandths of the weights times 257, which widens the levels to 16 bits
+    let thousandths = 76_843 * red as u32 + 150_859 * green as u32 + 29_298 * blue as u32;
+    ((thousandths + 500) / 257_000) as u8
+}
+
 impl ValueRule {
     /// The value of an opaque grey pixel.
     pub(crate) fn of_grey(&self, grey: u8) -> i8 {
@@ -193,5 +200,15 @@ mod tests {
         assert_eq!(level16(1, 1), 65_535);
         assert_eq!(level16(3, 7), 28_086);
         assert_eq!(luma16(257, 257, 257), 257);
+    }
+
+    #[test]
+    fn luma_in_whole_numbers_is_the_same_for_all_colours() {
+        let wide = |level: u8| u16::from(level) * 257;
+        for colour in 0..1_u32 << 24 {
+            let [red, green, blue, _] = colour.to_le_bytes();
+            let expected = level8(luma16(wide(red), wide(green), wide(blue)));
+            assert_eq!(luma8(red, green, blue), expected, "{red} {green} {blue}");
+        }
     }
 }

@@ -10,7 +10,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use atomic_write_file::OpenOptions;
+use atomic_write_file::{AtomicWriteFile, OpenOptions};
 
 use crate::map_file_error::quoted;
 use crate::map_server::{folder_of, sum_of};
@@ -24,7 +24,7 @@ pub struct SaveOptions {
     /// raw keep every value -1..=100, raw also the map's class limits. Default trinary.
     pub mode: MapMode,
     /// Name the files `NAME.pgm` and `NAME.npy` instead of giving each save its own. Default false.
-    /// What it loses: a save interrupted between the files leaves a new picture beside an old YAML.
+    /// What it loses: a save interrupted between its renames leaves a new picture beside an old YAML.
     /// [`load_map`](crate::load_map) then refuses the pair by its sums; other programs do not notice.
     pub plain_names: bool,
 }
@@ -96,16 +96,22 @@ pub fn save_map(
     let had_log_odds = names.had_log_odds();
     let image_path = names.folder.join(&image_name);
     let array_path = array_name.map(|name| names.folder.join(name));
-    let mut made = Made(Vec::new());
-    made.write(&image_path, &image, generation.is_some())?;
+    // a full or failing disk shows here, before any name changes
+    let mut staged = vec![Staged::new(&image_path, &image)?];
     if let (Some(path), Some(bytes)) = (&array_path, &array) {
-        made.write(path, bytes, generation.is_some())?;
+        staged.push(Staged::new(path, bytes)?);
     }
-    let file = begin(&names.yaml, yaml.text().as_bytes())?;
+    let yaml_file = Staged::new(&names.yaml, yaml.text().as_bytes())?;
+    let mut unnamed = Unnamed(Vec::new());
+    for file in staged {
+        if generation.is_some() {
+            unnamed.0.push(file.path.clone());
+        }
+        file.commit()?;
+    }
     // from here on the new files may be the map, whatever happens
-    made.0.clear();
-    file.commit()
-        .map_err(|e| MapFileError::io(&names.yaml, "replace", e))?;
+    unnamed.0.clear();
+    yaml_file.commit()?;
 
     let mut notes = Vec::new();
     names.publish(
@@ -123,42 +129,52 @@ pub fn save_map(
     })
 }
 
-/// Files that are removed again unless the save gets as far as its commit.
-struct Made(Vec<PathBuf>);
+/// Files that no YAML names yet: removed again if the save fails before its commit.
+struct Unnamed(Vec<PathBuf>);
 
-impl Made {
-    fn write(&mut self, path: &Path, bytes: &[u8], fresh: bool) -> Result<(), MapFileError> {
-        if fresh {
-            self.0.push(path.to_path_buf());
-        }
-        begin(path, bytes)?
-            .commit()
-            .map_err(|e| MapFileError::io(path, "write", e))
-    }
-}
-
-impl Drop for Made {
+impl Drop for Unnamed {
     fn drop(&mut self) {
         for path in &self.0 {
-            // nothing names them: the next save removes what stays
+            // the next save removes what stays
             let _ = fs::remove_file(path);
         }
     }
 }
 
-/// Writes `bytes` to a temporary file beside `path`; its commit makes them durable and renames.
-fn begin(path: &Path, bytes: &[u8]) -> Result<atomic_write_file::AtomicWriteFile, MapFileError> {
-    let mut options = OpenOptions::new();
-    #[cfg(unix)]
-    {
-        use atomic_write_file::unix::OpenOptionsExt as _;
-        // file systems without owners refuse it, and a map needs none
-        options.preserve_owner(false);
+/// A file whose bytes are on the disk under a temporary name beside its own.
+struct Staged {
+    path: PathBuf,
+    file: AtomicWriteFile,
+}
+
+impl Staged {
+    fn new(path: &Path, bytes: &[u8]) -> Result<Self, MapFileError> {
+        let mut options = OpenOptions::new();
+        #[cfg(unix)]
+        {
+            use atomic_write_file::unix::OpenOptionsExt as _;
+            // file systems without owners refuse it, and a map needs none
+            options.preserve_owner(false);
+        }
+        let write = || {
+            let mut file = options.open(path)?;
+            file.write_all(bytes)?;
+            file.sync_all()?;
+            Ok(file)
+        };
+        let file = write().map_err(|e| MapFileError::io(path, "write", e))?;
+        Ok(Self {
+            path: path.to_path_buf(),
+            file,
+        })
     }
-    let io = |e| MapFileError::io(path, "write", e);
-    let mut file = options.open(path).map_err(io)?;
-    file.write_all(bytes).map_err(io)?;
-    Ok(file)
+
+    /// Gives the file its name, and makes that durable too.
+    fn commit(self) -> Result<(), MapFileError> {
+        self.file
+            .commit()
+            .map_err(|e| MapFileError::io(&self.path, "rename", e))
+    }
 }
 
 /// Longest wait for another save into the same folder.
@@ -286,9 +302,8 @@ impl Names {
             (Some(path), Some(_)) if path == published => Ok(()),
             (Some(path), Some(bytes)) => self.link(path, &published).or_else(|_| {
                 // file systems without hard links get a copy
-                begin(&published, bytes)
-                    .and_then(|f| f.commit().map_err(|e| MapFileError::io(path, "write", e)))
-                    .map_err(|e| e.to_string())
+                let copy = Staged::new(&published, bytes).and_then(Staged::commit);
+                copy.map_err(|e| e.to_string())
             }),
             _ if had_log_odds => match fs::remove_file(&published) {
                 Err(e) if e.kind() != io::ErrorKind::NotFound => Err(e.to_string()),

@@ -1,5 +1,15 @@
 //! Integration tests.
 
+mod explain;
 mod grid;
-#[cfg(feature = "map-files")]
+#[cfg(all(feature = "map-files", feature = "image"))]
 mod map_files;
+mod real_sonar;
+mod refine;
+mod sonar_peers;
+mod sonar_score;
+mod sonar_world;
+#[cfg(feature = "map-files")]
+mod hostile_maps;
+#[cfg(feature = "map-files")]
+mod save_faults;
