@@ -2,8 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use occgrid::map_server::{LoadOptions, load_map};
-use occgrid::{CellState, MapFrame, OccupancyMap, Pose2};
+use occgrid::{CellState, LoadOptions, MapFrame, OccupancyMap, Pose2, load_map};
 
 /// Gray value of a free cell in [`BuildingMap::gray`].
 pub const FREE: u8 = 254;

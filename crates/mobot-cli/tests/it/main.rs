@@ -1,1 +1,5 @@
-//! Integration tests.
+//! The command from outside: keys, exit statuses, files, on real maps and logs.
+
+mod bad_input;
+mod commands;
+mod run;
