@@ -1,6 +1,8 @@
 //! Integration tests.
 mod distance;
+mod fill;
+mod golden;
 mod ops;
+mod pipeline;
 mod random;
 mod thin;
-mod fill;

@@ -52,7 +52,8 @@ fn openings_and_closings_equal_their_twins() {
 fn large_images_equal_their_twins() {
     let mut random = Random::new(5);
     for _ in 0..rounds(4) {
-        let image = random.image(4160 + random.below(70), 40);
+        let width = 4160 + random.below(70);
+        let image = random.image(width, 40);
         for element in [
             Element::square(3),
             Element::rectangle(2, 3),
