@@ -429,3 +429,165 @@ impl Trace {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use morpho::{Components, Connectivity, holes};
+
+    fn image(rows: &[&str]) -> BitImage {
+        BitImage::from_fn(rows[0].len(), rows.len(), |x, y| {
+            rows[y].as_bytes()[x] == b'#'
+        })
+    }
+
+    /// Nodes as (column, row, kind), and per arc its ends and number of cells.
+    type Shape = (Vec<(u32, u32, NodeKind)>, Vec<([usize; 2], usize)>);
+
+    fn shape(trace: &Trace) -> Shape {
+        let nodes = trace.nodes.iter();
+        let arcs = trace.arcs.iter();
+        (
+            nodes.map(|n| (n.cell.col, n.cell.row, n.kind)).collect(),
+            arcs.map(|a| (a.ends, a.path.len())).collect(),
+        )
+    }
+
+    #[test]
+    fn a_plus_has_one_junction_and_four_ends() {
+        use NodeKind::{End, Junction};
+        let plus = ["..#..", "..#..", "#####", "..#..", "..#.."];
+        let (nodes, arcs) = shape(&trace(&image(&plus)));
+        assert_eq!(
+            nodes,
+            [
+                (2, 0, End),
+                (0, 2, End),
+                (2, 2, Junction),
+                (4, 2, End),
+                (2, 4, End)
+            ]
+        );
+        assert_eq!(arcs, [([0, 2], 3), ([1, 2], 3), ([2, 3], 3), ([2, 4], 3)]);
+    }
+
+    #[test]
+    fn a_loop_without_a_junction_gets_a_node() {
+        let (nodes, arcs) = shape(&trace(&image(&[".#.", "#.#", ".#."])));
+        assert_eq!(nodes, [(1, 0, NodeKind::Loop)]);
+        assert_eq!(arcs, [([0, 0], 5)]);
+    }
+
+    #[test]
+    fn a_lone_pixel_is_isolated_and_a_block_is_a_chain() {
+        let (nodes, arcs) = shape(&trace(&image(&["#..", "...", "..#"])));
+        assert_eq!(
+            nodes,
+            [(0, 0, NodeKind::Isolated), (2, 2, NodeKind::Isolated)]
+        );
+        assert!(arcs.is_empty());
+        let (nodes, arcs) = shape(&trace(&image(&["##", "##"])));
+        assert_eq!(nodes, [(0, 0, NodeKind::End), (1, 0, NodeKind::End)]);
+        assert_eq!(arcs, [([0, 1], 4)]);
+    }
+
+    #[test]
+    fn parallel_arcs_and_self_loops_stay() {
+        // a theta, and a ring with a tail
+        let theta = [".###.", "#...#", "#####", "#...#", ".###."];
+        let traced = trace(&image(&theta));
+        assert_eq!(traced.nodes.len(), 2);
+        assert_eq!(traced.arcs.len(), 3);
+        let tail = ["...##.", "###..#", "...##."];
+        let (nodes, arcs) = shape(&trace(&image(&tail)));
+        assert_eq!(nodes, [(0, 1, NodeKind::End), (2, 1, NodeKind::Junction)]);
+        assert_eq!(
+            arcs.iter().filter(|(ends, _)| ends[0] == ends[1]).count(),
+            1
+        );
+        assert_eq!(arcs.len(), 2);
+    }
+
+    #[test]
+    fn touching_junctions_become_the_one_of_greatest_clearance() {
+        let rows = ["..#....", "..#....", "#######", "...#...", "...#..."];
+        let traced = trace(&image(&rows));
+        let junctions = |t: &Trace| {
+            let all = t.nodes.iter().filter(|n| n.kind == NodeKind::Junction);
+            all.map(|n| n.cell).collect::<Vec<_>>()
+        };
+        assert_eq!(junctions(&traced), [Cell::new(2, 2), Cell::new(3, 2)]);
+        let merged = traced.merge_clusters(|cell| cell.col);
+        assert_eq!(junctions(&merged), [Cell::new(3, 2)]);
+        assert_eq!((merged.nodes.len(), merged.arcs.len()), (5, 4));
+        check(&merged, &image(&rows), false);
+    }
+
+    /// A repeatable image of the given density in 1/8.
+    fn noise(width: usize, height: usize, seed: u64, density: u64) -> BitImage {
+        let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
+        BitImage::from_fn(width, height, |_, _| {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            state >> 20 & 7 < density
+        })
+    }
+
+    /// Paths run over set pixels from node to node, and components and cycles are those of the image.
+    fn check(trace: &Trace, image: &BitImage, every_pixel: bool) {
+        let mut parts = petgraph::unionfind::UnionFind::<usize>::new(trace.nodes.len());
+        let mut joined = 0;
+        let mut seen = BitImage::new(image.width(), image.height());
+        for node in &trace.nodes {
+            seen.set(node.cell.col as usize, node.cell.row as usize, true);
+        }
+        for arc in &trace.arcs {
+            joined += usize::from(parts.union(arc.ends[0], arc.ends[1]));
+            assert_eq!(arc.path[0], trace.nodes[arc.ends[0]].cell);
+            assert_eq!(arc.path[arc.path.len() - 1], trace.nodes[arc.ends[1]].cell);
+            for pair in arc.path.windows(2) {
+                let step = pair[0]
+                    .col
+                    .abs_diff(pair[1].col)
+                    .max(pair[0].row.abs_diff(pair[1].row));
+                assert_eq!(step, 1);
+            }
+            for cell in &arc.path {
+                assert!(image.get(cell.col as usize, cell.row as usize));
+                seen.set(cell.col as usize, cell.row as usize, true);
+            }
+        }
+        let components = trace.nodes.len() - joined;
+        let eight = Connectivity::Eight;
+        assert_eq!(
+            components,
+            Components::label(image, eight).count(),
+            "{image:?}"
+        );
+        let cycles = trace.arcs.len() - joined;
+        assert_eq!(cycles, holes(image, eight), "{image:?}");
+        assert!(!every_pixel || seen == *image);
+    }
+
+    #[test]
+    fn components_and_holes_of_any_image_are_those_of_its_graph() {
+        let cases = if std::env::var_os("MOBOT_LONG").is_some() {
+            20_000
+        } else {
+            1_500
+        };
+        for seed in 0..cases {
+            let width = [0, 1, 2, 3, 5, 9, 63, 64, 65, 66, 129][seed as usize % 11];
+            let height = [1, 2, 3, 7, 20][seed as usize / 11 % 5];
+            let raw = noise(width, height, seed, 1 + seed / 55 % 7);
+            for image in [morpho::thin::homotopic(&raw), raw] {
+                let traced = trace(&image);
+                check(&traced, &image, true);
+                check(&traced.clone().merge_chains(), &image, true);
+                let clearance = |cell: Cell| cell.col.wrapping_mul(2_654_435_761) >> 28;
+                check(&traced.merge_clusters(clearance), &image, false);
+            }
+        }
+    }
+}

@@ -130,6 +130,48 @@ fn lattice_components(naive: &Naive, radius: f64) -> (Vec<usize>, usize) {
     (of, count)
 }
 
+/// The holes of the cells where the robot may stand, if every link between them keeps the radius
+/// because all of them have half a squared cell to spare: the roadmap has a cycle for each.
+fn holes_without_spare_cells(naive: &Naive, component: &[usize], radius: f64) -> Option<usize> {
+    let (width, height) = (naive.free.width() + 2, naive.free.height() + 2);
+    let stands = |x: usize, y: usize| {
+        (1..width - 1).contains(&x)
+            && (1..height - 1).contains(&y)
+            && component[(y - 1) * (width - 2) + x - 1] != usize::MAX
+    };
+    let spare = (radius * radius + 0.5).sqrt();
+    let mut outside = vec![false; width * height];
+    let mut backgrounds = 0;
+    for start in 0..width * height {
+        let (x, y) = (start % width, start / width);
+        if stands(x, y) {
+            let c = center(x - 1, y - 1);
+            if naive.clearance(c, c) < spare {
+                return None;
+            }
+        } else if !outside[start] {
+            backgrounds += 1;
+            outside[start] = true;
+            let mut queue = VecDeque::from([(x, y)]);
+            while let Some((x, y)) = queue.pop_front() {
+                let beside = [
+                    (x.wrapping_sub(1), y),
+                    (x + 1, y),
+                    (x, y.wrapping_sub(1)),
+                    (x, y + 1),
+                ];
+                for (nx, ny) in beside {
+                    if nx < width && ny < height && !stands(nx, ny) && !outside[ny * width + nx] {
+                        outside[ny * width + nx] = true;
+                        queue.push_back((nx, ny));
+                    }
+                }
+            }
+        }
+    }
+    Some(backgrounds - 1)
+}
+
 /// Everything that must hold for a roadmap of these free cells at a radius [cells].
 fn judge(free: &BitImage, radius_cells: f64, resolution: f64) -> Result<(), TestCaseError> {
     let frame = MapFrame::new(
@@ -143,6 +185,7 @@ fn judge(free: &BitImage, radius_cells: f64, resolution: f64) -> Result<(), Test
     let naive = Naive::new(free);
     let radius = radius_cells * resolution;
     let (component, count) = lattice_components(&naive, radius_cells);
+    let cycles = holes_without_spare_cells(&naive, &component, radius_cells);
     for prune in [Prune::Nothing, Prune::Covered] {
         let mut params = GraphParams::default();
         params.radius = radius;
@@ -150,6 +193,9 @@ fn judge(free: &BitImage, radius_cells: f64, resolution: f64) -> Result<(), Test
         let graph = VoronoiGraph::build(&space, &params).expect("a graph");
         judge_arcs(&graph, &naive, radius)?;
         judge_connections(&graph, &component, count)?;
+        if let Some(cycles) = cycles {
+            prop_assert_eq!(graph.cycles(), cycles, "cycles are the holes");
+        }
     }
     Ok(())
 }

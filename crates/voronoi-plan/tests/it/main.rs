@@ -2,11 +2,14 @@
 
 mod check;
 mod clearance;
+mod completeness;
 #[cfg(feature = "geojson")]
 mod geojson;
 mod graph;
 mod hostile;
 mod paper;
+mod prune;
+mod plan;
 #[cfg(feature = "geojson")]
 mod planted;
 mod random;
