@@ -304,9 +304,10 @@ impl Planner {
         clearance > 0.0 && clearance >= self.min - TIE_CELLS
     }
 
-    /// The clearance to which new pieces of a route are held: above the radius by more than rounding.
+    /// The clearance to which new pieces of a route are held: the radius, with no more tolerance than
+    /// rounding needs where a passage is exactly as wide as the robot.
     fn strict(&self) -> f64 {
-        self.min + 2.0 * TIE_CELLS
+        self.min + TIE_CELLS - 1e-12
     }
 
     /// The shortest line found, with the arcs it came from, or the bottleneck.
