@@ -158,7 +158,11 @@ pub fn write_log(mut sink: impl Write, shots: &[Shot]) -> io::Result<()> {
             Reading::Fault => ("fault", 0.0),
         };
         let (stamp, bearing) = (shot.stamp, shot.bearing);
-        writeln!(sink, "{stamp},{x},{y},{theta},{bearing},{kind},{range}")?;
+        // Debug: the shortest digits that read back exactly, with an exponent where it is shorter
+        writeln!(
+            sink,
+            "{stamp:?},{x:?},{y:?},{theta:?},{bearing:?},{kind},{range:?}"
+        )?;
     }
     sink.flush()
 }

@@ -1,8 +1,10 @@
-//! The grid: growth, order, footprint, bounds.
+//! The grid: growth, order of readings, footprint, limits; the fast update against the plain one.
 
 use occgrid::{
-    Cell, MapFrame, OccupancyGrid, Pose2, Profile, Reading, Shot, SonarModel, reference,
+    Cell, CellState, FREE_AT_MOST, GridError, GridLimits, MapFrame, OCCUPIED_AT_LEAST,
+    OccupancyGrid, Point2, Pose2, Profile, Reading, Shot, SonarModel, gray_level, reference,
 };
+use proptest::prelude::*;
 
 fn shot(x: f64, y: f64, theta: f64, reading: Reading) -> Shot {
     Shot {
@@ -111,10 +113,9 @@ fn on_the_edge(frame: &MapFrame, model: &SonarModel, shot: &Shot, index: usize) 
 
 #[test]
 fn the_fast_update_is_the_plain_one() {
-    let long = std::env::var_os("MOBOT_LONG").is_some();
     let mut random = Random(7);
     let mut compared = 0;
-    for case in 0..if long { 60_000 } else { 3_000 } {
+    for case in 0..if long() { 60_000 } else { 3_000 } {
         let resolution = [0.03, 0.05, 0.1, 0.25, 1.0, 3.0][case % 6];
         let model = random_model(&mut random);
         let shot = random_shot(&mut random, 4.0);
@@ -133,6 +134,300 @@ fn the_fast_update_is_the_plain_one() {
         }
     }
     assert!(compared > 100_000, "only {compared} cells had evidence");
+}
+
+/// Probability of a grid at a point; 0.5 outside.
+fn probability_at(grid: &OccupancyGrid, x: f64, y: f64) -> f32 {
+    let cell = grid.frame().cell_at(Point2::new(x, y));
+    cell.map_or(0.5, |cell| grid.probability(cell))
+}
+
+#[test]
+fn no_cell_on_the_axis_is_skipped() {
+    let mut random = Random(11);
+    for _ in 0..500 {
+        let model = SonarModel {
+            beam_width: 1e-3,
+            sigma: 0.05,
+            ..SonarModel::default()
+        };
+        let resolution = random.between(0.02, 0.5);
+        let base = Pose2::new(random.next(), random.next(), random.between(-4.0, 4.0));
+        let range = random.between(1.0, 4.0);
+        let mut grid = OccupancyGrid::new(resolution).expect("a valid resolution");
+        let reading = Reading::Echo { range };
+        let shot = Shot {
+            stamp: 0.0,
+            map_from_base: base,
+            bearing: 0.0,
+            reading,
+        };
+        grid.update(&model, &shot).expect("a valid shot");
+        // up to where the evidence changes its sign, less the depth of a cell
+        let clear = range - 0.2 - 2.0 * resolution;
+        for k in 0..1000 {
+            let along = clear * f64::from(k) / 1000.0;
+            let (x, y) = (
+                base.x + along * base.theta.cos(),
+                base.y + along * base.theta.sin(),
+            );
+            assert!(
+                along > clear || clear < 0.0 || probability_at(&grid, x, y) < 0.5,
+                "{along} of {shot:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn readings_that_are_no_evidence_change_nothing() {
+    let model = SonarModel {
+        blanking: 0.3,
+        max_range: 4.0,
+        ..SonarModel::default()
+    };
+    let mut grid = OccupancyGrid::new(0.1).expect("a valid resolution");
+    for reading in [
+        Reading::TooClose,
+        Reading::Fault,
+        Reading::Echo { range: 0.29 },
+        Reading::Echo { range: 4.01 },
+        Reading::NoEcho { listened: 0.3 },
+    ] {
+        grid.update(&model, &shot(0.0, 0.0, 0.0, reading))
+            .expect("ignored");
+        assert_eq!(
+            (grid.frame().cell_count(), grid.log_odds()),
+            (1, &[0.0][..]),
+            "{reading:?}"
+        );
+    }
+    grid.update(&model, &shot(0.0, 0.0, 0.1, Reading::Echo { range: 2.0 }))
+        .expect("taken");
+    assert!(
+        (probability_at(&grid, 0.25, 0.05) - 0.5).abs() < 1e-6,
+        "nearer than blanking"
+    );
+    assert!(probability_at(&grid, 0.45, 0.05) < 0.45);
+}
+
+#[test]
+fn silence_never_says_more_than_p_min() {
+    let model = SonarModel::default();
+    let mut grid = OccupancyGrid::new(0.05).expect("a valid resolution");
+    let silence = shot(0.01, 0.02, 0.0, Reading::NoEcho { listened: 4.0 });
+    grid.update(&model, &silence).expect("a valid shot");
+    let least = grid.log_odds().iter().copied().fold(0.0, f32::min);
+    assert!(
+        least >= (0.4_f32 / 0.6).ln() - 1e-3 && least < -0.35,
+        "{least}"
+    );
+    assert!(grid.log_odds().iter().all(|l| *l <= 0.0));
+    let (near, far) = (
+        probability_at(&grid, 1.0, 0.02),
+        probability_at(&grid, 3.0, 0.02),
+    );
+    assert!(
+        (near - 0.425).abs() < 2e-3 && (far - 0.475).abs() < 2e-3,
+        "{near} {far}"
+    );
+    assert!((probability_at(&grid, 4.1, 0.02) - 0.5).abs() < 1e-6);
+}
+
+#[test]
+fn refusals_leave_the_grid_unchanged() {
+    let model = SonarModel::default();
+    let limits = GridLimits {
+        max_cells: 192 * 192,
+    };
+    let mut grid = OccupancyGrid::new(0.1)
+        .expect("a valid resolution")
+        .with_limits(limits);
+    let echo = Reading::Echo { range: 2.0 };
+    grid.update(&model, &shot(1.0, 1.0, 0.0, echo))
+        .expect("inside");
+    let before = grid.clone();
+    let bad_model = SonarModel {
+        sigma: 0.0,
+        ..model
+    };
+    let refused = [
+        grid.update(&model, &shot(100.0, 1.0, 0.0, echo)),
+        grid.update(&model, &shot(1e300, 1.0, 0.0, echo)),
+        grid.update(&model, &shot(f64::NAN, 1.0, 0.0, echo)),
+        grid.update(&model, &shot(1.0, 1.0, 0.0, Reading::Echo { range: -1.0 })),
+        grid.update(
+            &model,
+            &shot(
+                1.0,
+                1.0,
+                0.0,
+                Reading::NoEcho {
+                    listened: f64::INFINITY,
+                },
+            ),
+        ),
+        grid.update(&bad_model, &shot(1.0, 1.0, 0.0, echo)),
+    ];
+    assert!(matches!(refused[0], Err(GridError::TooLarge { .. })));
+    assert!(matches!(refused[1], Err(GridError::TooLarge { .. })));
+    assert!(matches!(refused[2], Err(GridError::Shot { .. })));
+    assert!(matches!(refused[3], Err(GridError::Shot { .. })));
+    assert!(matches!(refused[4], Err(GridError::Shot { .. })));
+    assert!(matches!(refused[5], Err(GridError::Model(_))));
+    assert_eq!(grid.frame(), before.frame());
+    assert_eq!(grid.log_odds(), before.log_odds());
+    let frame = *grid.frame();
+    let short = OccupancyGrid::from_log_odds(frame, vec![0.0; 3]);
+    assert!(matches!(short, Err(GridError::Length { found: 3, .. })));
+    let nan = OccupancyGrid::from_log_odds(frame, vec![f32::NAN; frame.cell_count()]);
+    assert!(matches!(nan, Err(GridError::Value { index: 0, .. })));
+}
+
+#[test]
+fn a_billion_updates_stay_finite() {
+    // From where f32 stops counting single echoes, and at the largest evidence that a model allows.
+    let model = SonarModel {
+        p_min: 1e-6,
+        p_max: 1.0 - 1e-6,
+        ..SonarModel::default()
+    };
+    let mut grid = OccupancyGrid::new(0.25).expect("a valid resolution");
+    let echo = shot(0.0, 0.0, 0.0, Reading::Echo { range: 2.0 });
+    grid.update(&model, &echo).expect("a valid shot");
+    let start: Vec<f32> = grid.log_odds().iter().map(|l| l * 1e9).collect();
+    let mut grid = OccupancyGrid::from_log_odds(*grid.frame(), start.clone()).expect("finite");
+    for _ in 0..1000 {
+        grid.update(&model, &echo).expect("a valid shot");
+    }
+    assert!(grid.log_odds().iter().all(|l| l.is_finite()));
+    assert_eq!(
+        grid.log_odds(),
+        start,
+        "far out, single echoes no longer count"
+    );
+    assert!(grid.to_gray().iter().all(|g| [0, 127, 255].contains(g)));
+}
+
+#[test]
+fn a_loaded_grid_grows_on_its_own_lattice() {
+    let frame = MapFrame::new(70, 50, 0.1, Pose2::new(3.0, -2.0, 0.5)).expect("a valid frame");
+    let values: Vec<f32> = (0..frame.cell_count()).map(|k| k as f32).collect();
+    let mut grid = OccupancyGrid::from_log_odds(frame, values).expect("finite");
+    let model = SonarModel::default();
+    let inside = shot(5.0, 2.0, 0.5, Reading::Echo { range: 1.0 });
+    grid.update(&model, &inside).expect("a valid shot");
+    assert_eq!(
+        *grid.frame(),
+        frame,
+        "a beam inside the frame needs no growth"
+    );
+    let before = grid.clone();
+    grid.update(&model, &shot(-9.0, -7.0, 2.0, Reading::Echo { range: 2.0 }))
+        .expect("valid");
+    assert!(grid.frame().cell_count() > frame.cell_count());
+    for col in 0..frame.width() {
+        for row in 0..frame.height() {
+            let old = Cell::new(col, row);
+            let new = grid
+                .frame()
+                .cell_at(frame.center_of(old))
+                .expect("still covered");
+            let (was, is) = (
+                before.log_odds()[frame.index(old)],
+                grid.log_odds()[grid.frame().index(new)],
+            );
+            assert!(was.to_bits() == is.to_bits(), "{old:?}: {is} for {was}");
+        }
+    }
+}
+
+#[test]
+fn evidence_of_a_cell_is_what_the_update_adds() {
+    let mut random = Random(23);
+    for _ in 0..200 {
+        let model = random_model(&mut random);
+        let shot = random_shot(&mut random, 2.0);
+        let mut grid = OccupancyGrid::new(0.1).expect("a valid resolution");
+        grid.update(&model, &shot).expect("a valid shot");
+        for row in 0..grid.frame().height() {
+            for col in 0..grid.frame().width() {
+                let cell = Cell::new(col, row);
+                let alone = grid.evidence(&model, &shot, cell).expect("a valid shot");
+                let added = grid.log_odds()[grid.frame().index(cell)];
+                assert!(
+                    (alone - added).abs() < 1e-9,
+                    "{cell:?}: {alone} for {added}"
+                );
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: if long() { 2000 } else { 60 }, ..ProptestConfig::default() })]
+
+    /// Bit for bit, with growth in every direction.
+    #[test]
+    fn the_order_of_readings_is_irrelevant(seed in any::<u64>(), count in 1_usize..40, yaw in -3.0..3.0) {
+        let mut random = Random(seed);
+        let model = random_model(&mut random);
+        let resolution = random.between(0.04, 0.4);
+        let mut shots: Vec<Shot> = (0..count).map(|_| random_shot(&mut random, 20.0)).collect();
+        let frame = MapFrame::new(10, 20, resolution, Pose2::new(1.0, 2.0, yaw)).expect("valid");
+        for start in [
+            OccupancyGrid::new(resolution).expect("valid"),
+            OccupancyGrid::from_log_odds(frame, vec![0.0; 200]).expect("valid"),
+        ] {
+            let mut forward = start.clone();
+            forward.integrate(&model, &shots).expect("valid shots");
+            for _ in 0..3 {
+                for k in (1..shots.len()).rev() {
+                    shots.swap(k, (random.next() * (k + 1) as f64) as usize);
+                }
+                let mut shuffled = start.clone();
+                shuffled.integrate(&model, &shots).expect("valid shots");
+                prop_assert_eq!(forward.frame(), shuffled.frame());
+                let bits = |grid: &OccupancyGrid| -> Vec<u32> {
+                    grid.log_odds().iter().map(|l| l.to_bits()).collect()
+                };
+                prop_assert_eq!(bits(&forward), bits(&shuffled));
+            }
+        }
+    }
+}
+
+#[test]
+fn half_is_never_free() {
+    assert_eq!([0.0, 0.5, 1.0].map(gray_level), [255, 127, 0]);
+    assert_eq!(gray_level(0.498), 128);
+    for p in [0.4981_f32, 0.499, 0.5 - f32::EPSILON, 0.5, 0.6] {
+        assert!(
+            gray_level(p) <= 128 && (p < 0.5 || gray_level(p) <= 127),
+            "{p}"
+        );
+    }
+    for level in 0..=255_u8 {
+        assert_eq!(gray_level(1.0 - f32::from(level) / 255.0), level);
+    }
+}
+
+#[test]
+fn the_finished_map_has_three_states() {
+    let frame = MapFrame::new(5, 1, 0.1, Pose2::default()).expect("a valid frame");
+    let grid =
+        OccupancyGrid::from_log_odds(frame, vec![0.0, -3.0, 3.0, 0.1, -50.0]).expect("finite");
+    let map = grid.to_occupancy_map(FREE_AT_MOST, OCCUPIED_AT_LEAST);
+    // 100 / (1 + exp(-l)): 4.74, 95.26, 52.50 and, clamped to -10, 0.005
+    assert_eq!(map.values(), [-1, 5, 95, 52, 0]);
+    let states = [0, 1, 2, 3, 4].map(|col| map.state(Cell::new(col, 0)));
+    use CellState::{Free, Occupied, Unknown};
+    assert_eq!(states, [Unknown, Free, Occupied, Unknown, Free]);
+    assert_eq!(grid.to_gray(), [127, 243, 12, 121, 255]);
+}
+
+fn long() -> bool {
+    std::env::var_os("MOBOT_LONG").is_some()
 }
 
 #[test]

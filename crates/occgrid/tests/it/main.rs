@@ -6,6 +6,7 @@ mod grid;
 mod map_files;
 mod real_sonar;
 mod refine;
+mod sonar;
 mod sonar_peers;
 mod sonar_score;
 mod sonar_world;
