@@ -342,22 +342,45 @@ enum Key {
 }
 
 impl Key {
-    const NAMED: [(&'static str, Self); 14] = [
-        ("properties", Self::Properties),
-        ("geometry", Self::Geometry),
-        ("type", Self::Type),
-        ("coordinates", Self::Coordinates),
-        ("id", Self::Id),
-        ("startid", Self::StartId),
-        ("endid", Self::EndId),
-        ("frame", Self::Frame),
-        ("cost", Self::Cost),
-        ("overridable", Self::Overridable),
-        ("clearance", Self::Clearance),
-        ("metadata", Self::Metadata),
-        ("operations", Self::Operations),
-        (MEMBER, Self::Member),
-    ];
+    fn named(name: &str) -> Self {
+        match name {
+            "properties" => Self::Properties,
+            "geometry" => Self::Geometry,
+            "type" => Self::Type,
+            "coordinates" => Self::Coordinates,
+            "id" => Self::Id,
+            "startid" => Self::StartId,
+            "endid" => Self::EndId,
+            "frame" => Self::Frame,
+            "cost" => Self::Cost,
+            "overridable" => Self::Overridable,
+            "clearance" => Self::Clearance,
+            "metadata" => Self::Metadata,
+            "operations" => Self::Operations,
+            MEMBER => Self::Member,
+            _ => Self::Other,
+        }
+    }
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Properties => "properties",
+            Self::Geometry => "geometry",
+            Self::Type => "type",
+            Self::Coordinates => "coordinates",
+            Self::Id => "id",
+            Self::StartId => "startid",
+            Self::EndId => "endid",
+            Self::Frame => "frame",
+            Self::Cost => "cost",
+            Self::Overridable => "overridable",
+            Self::Clearance => "clearance",
+            Self::Metadata => "metadata",
+            Self::Operations => "operations",
+            Self::Member => MEMBER,
+            Self::Other => "another key",
+        }
+    }
 }
 
 impl<'de> Deserialize<'de> for Key {
@@ -372,8 +395,7 @@ impl<'de> Deserialize<'de> for Key {
             }
 
             fn visit_str<E: Error>(self, name: &str) -> Result<Key, E> {
-                let named = Key::NAMED.iter().find(|(known, _)| *known == name);
-                Ok(named.map_or(Key::Other, |(_, key)| *key))
+                Ok(Key::named(name))
             }
         }
 
@@ -386,12 +408,9 @@ struct Seen(u32);
 
 impl Seen {
     fn first<E: Error>(&mut self, key: Key) -> Result<(), E> {
-        let Some((name, _)) = Key::NAMED.iter().find(|(_, known)| *known == key) else {
-            return Ok(());
-        };
         let bit = 1_u32 << key as u32;
-        if self.0 & bit != 0 {
-            return Err(E::custom(format_args!("`{name}` is there twice")));
+        if self.0 & bit != 0 && key != Key::Other {
+            return Err(E::custom(format_args!("`{}` is there twice", key.name())));
         }
         self.0 |= bit;
         Ok(())
