@@ -1,4 +1,5 @@
 //! A roadmap over a small map, drawn in the terminal.
+#![expect(clippy::print_stdout, reason = "an example speaks to the terminal")]
 
 use morpho::BitImage;
 use occgrid::{MapFrame, Pose2};

@@ -1,8 +1,13 @@
 //! Roadmaps of small maps, drawn by hand.
 
+use std::borrow::Cow;
+
 use morpho::BitImage;
-use occgrid::{MapFrame, Pose2};
-use voronoi_plan::{BuildError, FreeSpace, GraphParams, NodeKind, Prune, VoronoiGraph};
+use occgrid::{Cell, LoadOptions, MapFrame, Pose2, load_map};
+use voronoi_plan::check::{CheckParams, EdgeLine, UnknownIs, check};
+use voronoi_plan::{
+    BuildError, ClearanceField, FreeSpace, GraphParams, Lattice, NodeKind, Prune, VoronoiGraph,
+};
 
 /// A free space of cells of 0.1 m from a picture: `.` free.
 pub(crate) fn space(rows: &[&str]) -> FreeSpace {
@@ -13,10 +18,7 @@ pub(crate) fn space(rows: &[&str]) -> FreeSpace {
 }
 
 fn params(radius: f64, prune: Prune) -> GraphParams {
-    let mut params = GraphParams::default();
-    params.radius = radius;
-    params.prune = prune;
-    params
+    GraphParams { radius, prune }
 }
 
 pub(crate) fn build(rows: &[&str], radius: f64) -> VoronoiGraph {
@@ -72,4 +74,85 @@ fn a_radius_that_is_no_length_is_refused() {
         let result = VoronoiGraph::build(&space(&["."]), &params(radius, Prune::Covered));
         assert!(matches!(result, Err(BuildError::Radius { .. })), "{radius}");
     }
+}
+
+/// Every committed map, judged by the verifier, which shares no code with the builder, and by a search
+/// of the lattice.
+#[test]
+fn real_maps_keep_their_radius_and_their_components() {
+    let maps = concat!(env!("CARGO_MANIFEST_DIR"), "/../../testdata/maps");
+    let mut seen = 0;
+    for file in [
+        "aws/small-house/map.yaml",
+        "aws/warehouse-005/map.yaml",
+        "cob_environments/ipa-apartment/map.yaml",
+        "f1tenth/levine.yaml",
+        "f1tenth_simulator/columbia.yaml",
+        "mit-racecar/basement_fixed.map.yaml",
+        "nav2/depot.yaml",
+        "nav2/TenByTen/TenByTen.yaml",
+        "nav2/testmap/testmap.yaml",
+        "nav2/route/tb3_sandbox.yaml",
+        "turtlebot_apps/willow-2010-02-18-0.10.yaml",
+        "tuw/cave/map.yaml",
+        "utexas_gdc/intel.yaml",
+        "utexas_gdc/real-3/3.yaml",
+    ] {
+        let path = format!("{maps}/{file}");
+        let map = load_map(&path, &LoadOptions::default()).expect(file).map;
+        let space = FreeSpace::from_map(&map);
+        let field = ClearanceField::new(&space);
+        for radius in [0.0, 0.05, 0.175, 0.3] {
+            let graph = VoronoiGraph::build_on(&space, &field, &params(radius, Prune::Covered))
+                .expect("a graph");
+            assert_eq!(graph.crossings(), 0, "{file} {radius}");
+            let edges = graph.arcs.iter().zip(0..).map(|(arc, id)| EdgeLine {
+                id,
+                points: Cow::Borrowed(&arc.polyline),
+                claim: Some(arc.clearance),
+            });
+            let unknown = UnknownIs::Occupied;
+            let report = check(edges, &map, &CheckParams { radius, unknown });
+            assert!(report.is_clean(), "{file} {radius}: {report:?}");
+            let lattice = Lattice::new(space.cells(), &field, radius / space.frame().resolution());
+            assert_eq!(
+                graph.components(),
+                components_of(&lattice, &space),
+                "{file} {radius}"
+            );
+            seen += graph.arcs.len();
+        }
+    }
+    assert!(seen > 3_000, "{seen} arcs");
+}
+
+/// The components of the lattice, by flooding.
+fn components_of(lattice: &Lattice<'_>, space: &FreeSpace) -> usize {
+    let (width, height) = (space.frame().width(), space.frame().height());
+    let mut seen = vec![false; space.frame().cell_count()];
+    let mut count = 0;
+    for row in 0..height {
+        for col in 0..width {
+            let start = Cell::new(col, row);
+            if seen[space.frame().index(start)] || !lattice.has(start) {
+                continue;
+            }
+            count += 1;
+            seen[space.frame().index(start)] = true;
+            let mut stack = vec![start];
+            while let Some(cell) = stack.pop() {
+                for next_row in cell.row.saturating_sub(1)..(cell.row + 2).min(height) {
+                    for next_col in cell.col.saturating_sub(1)..(cell.col + 2).min(width) {
+                        let next = Cell::new(next_col, next_row);
+                        let index = space.frame().index(next);
+                        if !seen[index] && lattice.links(cell, next) {
+                            seen[index] = true;
+                            stack.push(next);
+                        }
+                    }
+                }
+            }
+        }
+    }
+    count
 }

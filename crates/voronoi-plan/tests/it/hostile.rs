@@ -187,9 +187,7 @@ fn judge(free: &BitImage, radius_cells: f64, resolution: f64) -> Result<(), Test
     let (component, count) = lattice_components(&naive, radius_cells);
     let cycles = holes_without_spare_cells(&naive, &component, radius_cells);
     for prune in [Prune::Nothing, Prune::Covered] {
-        let mut params = GraphParams::default();
-        params.radius = radius;
-        params.prune = prune;
+        let params = GraphParams { radius, prune };
         let graph = VoronoiGraph::build(&space, &params).expect("a graph");
         judge_arcs(&graph, &naive, radius)?;
         judge_connections(&graph, &component, count)?;

@@ -62,7 +62,7 @@ proptest! {
         let space = space(&rows);
         let field = ClearanceField::new(&space);
         let graph = |prune| {
-            let params = GraphParams { radius: radius * 0.1, prune, ..GraphParams::default() };
+            let params = GraphParams { radius: radius * 0.1, prune };
             VoronoiGraph::build_on(&space, &field, &params).expect("a graph")
         };
         let (all, kept) = (graph(Prune::Nothing), graph(Prune::Covered));
