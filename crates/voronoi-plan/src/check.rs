@@ -53,6 +53,7 @@ pub struct EdgeLine<'a> {
 
 /// The least clearance of a line, and where.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct LineClearance {
     /// [m]; 0 for a line that touches or crosses what is not free, leaves the map, has no point, or has
     /// a point that is not finite.
@@ -63,6 +64,7 @@ pub struct LineClearance {
 
 /// An edge that comes too near.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Violation {
     /// The edge.
     pub edge: u32,
@@ -74,6 +76,7 @@ pub struct Violation {
 
 /// An edge that claims more clearance than it has.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Overclaim {
     /// The edge.
     pub edge: u32,
@@ -87,6 +90,7 @@ pub struct Overclaim {
 
 /// What the verifier found.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Report {
     /// Edges looked at.
     pub edges: usize,
@@ -156,33 +160,17 @@ impl ClearanceProbe {
         hint: &mut Option<Square>,
     ) -> Option<LineClearance> {
         let resolution = self.frame.resolution();
-        let vertex = |p: &Point2| {
-            let GridPoint { col, row } = self.frame.grid_from_map(*p);
-            Vertex { x: col, y: row }
-        };
         let zero_at = |at| Some(LineClearance { clearance: 0.0, at });
         if points.is_empty() {
             return zero_at(self.a_point_of(points));
         }
-        // the outside first: the map is convex, so a line is nearest to the outside at a vertex
-        let (mut margin, mut outermost) = (f64::INFINITY, points[0]);
-        for point in points {
-            let here = self.margin(vertex(point));
-            if here.is_nan() || here <= 0.0 {
-                let finite = point.x.is_finite() && point.y.is_finite();
-                return zero_at(if finite {
-                    *point
-                } else {
-                    self.a_point_of(points)
-                });
-            }
-            if here < margin {
-                (margin, outermost) = (here, *point);
-            }
-        }
+        let (margin, outermost) = match self.outermost(points) {
+            Ok(found) => found,
+            Err(at) => return zero_at(at),
+        };
         let mut best = Nearest::bounded_by(margin.min(bound / resolution));
         let mut best_segment = None;
-        let mut a = vertex(&points[0]);
+        let mut a = self.vertex(points[0]);
         for point in points
             .get(1..)
             .filter(|rest| !rest.is_empty())
@@ -190,7 +178,7 @@ impl ClearanceProbe {
         {
             let segment = Segment {
                 a,
-                b: vertex(point),
+                b: self.vertex(*point),
             };
             a = segment.b;
             let before = best.distance2;
@@ -217,6 +205,32 @@ impl ClearanceProbe {
             clearance: margin * resolution,
             at: outermost,
         })
+    }
+
+    /// The least distance to the outside of the map [cells], and where; or the first point that is not
+    /// inside. The map is convex, so a line is nearest to the outside at a vertex.
+    fn outermost(&self, points: &[Point2]) -> Result<(f64, Point2), Point2> {
+        let mut nearest = (f64::INFINITY, self.a_point_of(points));
+        for &point in points {
+            let here = self.margin(self.vertex(point));
+            if here.is_nan() || here <= 0.0 {
+                let finite = point.x.is_finite() && point.y.is_finite();
+                return Err(if finite {
+                    point
+                } else {
+                    self.a_point_of(points)
+                });
+            }
+            if here < nearest.0 {
+                nearest = (here, point);
+            }
+        }
+        Ok(nearest)
+    }
+
+    fn vertex(&self, point: Point2) -> Vertex {
+        let GridPoint { col, row } = self.frame.grid_from_map(point);
+        Vertex { x: col, y: row }
     }
 
     /// Distance to the outside of the map [cells], negative out there, NaN for what is no number.
