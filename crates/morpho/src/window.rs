@@ -57,12 +57,13 @@ pub(crate) enum Turn {
 /// What the kernel keeps between calls.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Buffers {
-    /// The row in work, and its meets over 2, 4, 8 .. columns, each with margins.
+    /// See [`Levels`].
     levels: Vec<u64>,
-    /// The suffixes of a block of rows, then the prefix of the next.
+    /// See [`Rows`]; the result, with margins, in [`scatter`].
     block: Vec<u64>,
-    /// One row.
-    row: Vec<u64>,
+    /// Some rows through a window.
+    band: Vec<u64>,
+    /// The element, as it lies.
     runs: Vec<ElementRun>,
 }
 
@@ -168,32 +169,33 @@ fn run<L: Lattice>(image: &BitImage, outside: u64, buffers: &mut Buffers, out: &
     }
 }
 
-/// A row with margins, and its meets over powers of two of columns.
+/// Some rows, and their meets over powers of two of columns. Between rows lies a margin of outside,
+/// no narrower than the windows reach: right of one row and left of the next, so that all rows
+/// pass as one.
 struct Levels<'a> {
     words: &'a mut [u64],
     /// Words a level.
     length: usize,
-    /// Words before the image's first.
     margin: usize,
-    /// Words of a level that are worked out; the image ends before, and all beyond is outside.
-    span: usize,
+    /// Words from row to row.
+    pitch: usize,
     stride: usize,
-    tail: u64,
-    outside: u64,
+    seal: u64,
 }
 
 impl<'a> Levels<'a> {
+    /// Room for `rows` rows.
     #[inline(always)]
-    fn new(words: &'a mut Vec<u64>, image: &BitImage, outside: u64, runs: &[ElementRun]) -> Self {
-        let reach = runs
-            .iter()
-            .map(|run| run.dx0.unsigned_abs().max(run.dx1.unsigned_abs()))
-            .max()
-            .unwrap_or(0);
-        let stride = image.stride();
-        let margin = reach.div_ceil(64).max(1);
-        let span = (margin + stride + 1).next_multiple_of(8);
-        let length = (span + 2 * margin + 2).next_multiple_of(8);
+    fn new(
+        words: &'a mut Vec<u64>,
+        image: &BitImage,
+        outside: u64,
+        runs: &[ElementRun],
+        rows: usize,
+    ) -> Self {
+        let margin = margin(runs);
+        let pitch = image.stride() + margin;
+        let length = rows * pitch + 3 * margin + 2;
         let depth = runs.iter().map(ElementRun::power).max().unwrap_or(0) as usize + 1;
         words.clear();
         words.resize(length * depth, outside);
@@ -201,50 +203,42 @@ impl<'a> Levels<'a> {
             words,
             length,
             margin,
-            span,
-            stride,
-            tail: image.tail_mask(),
-            outside,
+            pitch,
+            stride: image.stride(),
+            seal: outside & !image.tail_mask(),
         }
     }
 
-    /// Where the image's row belongs. Its last word wants [`Self::seal`] afterwards.
+    /// Puts a row in its place.
     #[inline(always)]
-    fn row_mut(&mut self) -> &mut [u64] {
-        &mut self.words[self.margin..self.margin + self.stride]
+    fn load(&mut self, place: usize, row: &[u64]) {
+        let words = &mut self.words[self.margin + place * self.pitch..][..self.stride];
+        words.copy_from_slice(row);
+        words[row.len() - 1] |= self.seal;
     }
 
-    /// Makes the bits past the width of the row outside.
+    /// Works out the levels of the first `rows` rows, up to 2^`power` columns.
     #[inline(always)]
-    fn seal(&mut self) {
-        let last = &mut self.words[self.margin + self.stride - 1];
-        *last = *last & self.tail | self.outside & !self.tail;
-    }
-
-    /// Works out the levels up to 2^`power` columns.
-    #[inline(always)]
-    fn raise<L: Lattice>(&mut self, power: u32) {
+    fn raise<L: Lattice>(&mut self, power: u32, rows: usize) {
+        let span = self.margin + rows * self.pitch;
         for level in 1..=power as usize {
             let (below, this) = self.words.split_at_mut(level * self.length);
             let below = &below[(level - 1) * self.length..];
-            let this = &mut this[..self.span];
             let shift = 1usize << (level - 1);
-            let (skip, bit) = (shift / 64, shift % 64);
-            if bit == 0 {
-                for (out, (&a, &b)) in this.iter_mut().zip(below.iter().zip(&below[skip..])) {
-                    *out = L::meet(a, b);
-                }
-                continue;
-            }
-            let near = &below[skip..skip + self.span];
-            let far = &below[skip + 1..skip + 1 + self.span];
-            for (((out, &a), &b), &c) in this.iter_mut().zip(below).zip(near).zip(far) {
-                *out = L::meet(a, b >> bit | c << (64 - bit));
+            let (skip, bit) = (shift / 64, (shift % 64) as u32);
+            let next = View {
+                near: &below[skip..],
+                far: &below[skip + 1..],
+                bit,
+            };
+            let words = below.iter().zip(next.near).zip(next.far);
+            for (out, ((&word, &near), &far)) in this[..span].iter_mut().zip(words) {
+                *out = L::meet(word, near >> bit | (far << 1) << (63 - bit));
             }
         }
     }
 
-    /// The meets over the columns `dx0..=dx1` of a run, handed to `store` with the word to change.
+    /// The meets over the columns `dx0..=dx1` of a run for rows of `out`, [`Self::pitch`] apart.
     #[inline(always)]
     fn window<L: Lattice>(&self, run: &ElementRun, out: &mut [u64]) {
         let power = run.power();
@@ -266,19 +260,30 @@ impl<'a> Levels<'a> {
         }
     }
 
-    /// A level from column `dx` on.
+    /// A level from column `dx` of the first row on.
     #[inline(always)]
     fn view<'b>(&self, level: &'b [u64], dx: isize) -> View<'b> {
         let at = (self.margin * 64).wrapping_add_signed(dx);
         View {
-            near: &level[at / 64..][..self.stride],
-            far: &level[at / 64 + 1..][..self.stride],
+            near: &level[at / 64..],
+            far: &level[at / 64 + 1..],
             bit: (at % 64) as u32,
         }
     }
 }
 
-/// A row from a column that need not be the first of a word.
+/// The words that windows reach to the sides.
+fn margin(runs: &[ElementRun]) -> usize {
+    let reach = |run: &ElementRun| run.dx0.unsigned_abs().max(run.dx1.unsigned_abs());
+    runs.iter()
+        .map(reach)
+        .max()
+        .unwrap_or(0)
+        .div_ceil(64)
+        .max(1)
+}
+
+/// Words from a column that need not be the first of a word.
 struct View<'a> {
     near: &'a [u64],
     far: &'a [u64],
@@ -296,14 +301,14 @@ fn rectangle<L: Lattice>(
     let Buffers {
         levels,
         block,
+        band,
         runs,
-        ..
     } = buffers;
     let run = runs[0];
     let rows = Rows::new(image, outside, run.dy, runs.len(), block);
     let Some(window) = Narrow::new(run.dx0, run.dx1) else {
-        let levels = Levels::new(levels, image, outside, &runs[..1]);
-        return rows.filter::<L>(&mut Wide { levels, run }, out);
+        let levels = Levels::new(levels, image, outside, &runs[..1], rows.band_rows());
+        return rows.filter::<L>(&mut Wide { levels, run, band }, out);
     };
     match window.power {
         0 => rows.filter::<L>(&mut OnePass::<0> { window, outside }, out),
@@ -351,18 +356,22 @@ impl<const POWER: usize> Horizontal for OnePass<POWER> {
 struct Wide<'a> {
     levels: Levels<'a>,
     run: ElementRun,
+    band: &'a mut Vec<u64>,
 }
 
 impl Horizontal for Wide<'_> {
     #[inline(always)]
     fn filter<L: Lattice>(&mut self, rows: &[u64], stride: usize, out: &mut [u64]) {
-        for (row, out) in rows[1..]
-            .chunks_exact(stride)
-            .zip(out.chunks_exact_mut(stride))
-        {
-            self.levels.row_mut().copy_from_slice(row);
-            self.levels.raise::<L>(self.run.power());
-            self.levels.window::<L>(&self.run, out);
+        let count = out.len() / stride;
+        for (place, row) in rows[1..=out.len()].chunks_exact(stride).enumerate() {
+            self.levels.load(place, row);
+        }
+        self.levels.raise::<L>(self.run.power(), count);
+        self.band.resize(count * self.levels.pitch, 0);
+        self.levels.window::<L>(&self.run, self.band);
+        let windows = self.band.chunks_exact(self.levels.pitch);
+        for (out, row) in out.chunks_exact_mut(stride).zip(windows) {
+            out.copy_from_slice(&row[..stride]);
         }
     }
 }
@@ -407,12 +416,17 @@ impl<'a> Rows<'a> {
             .then(|| self.image.row(y.cast_unsigned()))
     }
 
+    /// Rows that pass at a time.
+    fn band_rows(&self) -> usize {
+        (BAND_WORDS / self.image.stride()).clamp(1, self.image.height())
+    }
+
     /// The meets through `horizontal` into `out`, some rows at a time.
     #[inline(always)]
     fn filter<L: Lattice>(self, horizontal: &mut impl Horizontal, out: &mut BitImage) {
-        let (stride, height) = (self.image.stride(), self.image.height());
+        let stride = self.image.stride();
         let tail = self.image.tail_mask();
-        let band_rows = (BAND_WORDS / stride).clamp(1, height);
+        let band_rows = self.band_rows();
         let mut block = std::mem::take(self.block);
         block.clear();
         block.resize((self.count + 1 + band_rows) * stride + 2, L::NEUTRAL);
@@ -533,42 +547,57 @@ fn meet_into<L: Lattice>(out: &mut [u64], row: &[u64]) {
     }
 }
 
-/// Any set of runs: each distinct pair of columns is made once a row, and meets the rows of the
-/// result that look at it.
+/// Any set of runs: each distinct pair of columns is made once for some rows, and meets the rows of
+/// the result that look at them.
 #[inline(always)]
 fn scatter<L: Lattice>(image: &BitImage, outside: u64, buffers: &mut Buffers, out: &mut BitImage) {
     let Buffers {
-        levels, row, runs, ..
+        levels,
+        block,
+        band,
+        runs,
     } = buffers;
-    let (stride, height) = (image.stride(), image.height());
-    let power = runs.iter().map(|run| run.power()).max().unwrap_or(0);
-    let mut levels = Levels::new(levels, image, outside, runs);
-    row.clear();
-    row.resize(stride, 0);
-    let words = out.words_mut();
-    words.fill(L::NEUTRAL);
-    for y in 0..height {
-        levels.row_mut().copy_from_slice(image.row(y));
-        levels.seal();
-        levels.raise::<L>(power);
+    let height = image.height();
+    let power = runs.iter().map(ElementRun::power).max().unwrap_or(0);
+    let pitch = image.stride() + margin(runs);
+    let band_rows = (BAND_WORDS / 2 / pitch).clamp(1, height);
+    let mut levels = Levels::new(levels, image, outside, runs, band_rows);
+    block.clear();
+    block.resize(height * pitch, L::NEUTRAL);
+    for top in (0..height).step_by(band_rows) {
+        let rows = band_rows.min(height - top);
+        for place in 0..rows {
+            levels.load(place, image.row(top + place));
+        }
+        levels.raise::<L>(power, rows);
+        band.resize(rows * pitch, 0);
         for group in runs.chunk_by(|a, b| (a.dx0, a.dx1) == (b.dx0, b.dx1)) {
-            levels.window::<L>(&group[0], row);
+            levels.window::<L>(&group[0], band);
             for run in group {
-                let target = y.wrapping_add_signed(-run.dy);
-                if target < height {
-                    meet_into::<L>(&mut words[target * stride..][..stride], row);
+                // the rows of the band that some row of the image looks at
+                let target = top.cast_signed() - run.dy;
+                let first = (-target).clamp(0, rows.cast_signed());
+                let last = (height.cast_signed() - target).clamp(first, rows.cast_signed());
+                if first < last {
+                    let seen = &band[first.cast_unsigned() * pitch..last.cast_unsigned() * pitch];
+                    let to = (target + first).cast_unsigned() * pitch;
+                    meet_into::<L>(&mut block[to..to + seen.len()], seen);
                 }
             }
         }
     }
-    if outside != L::NEUTRAL {
-        let up = runs.iter().map(|run| -run.dy).max().unwrap_or(0).max(0);
-        let down = runs.iter().map(|run| run.dy).max().unwrap_or(0).max(0);
-        words[..up.cast_unsigned() * stride].fill(outside);
-        words[(height - down.cast_unsigned()) * stride..].fill(outside);
-    }
-    let tail = levels.tail;
-    for row in words.chunks_exact_mut(stride) {
-        row[stride - 1] &= tail;
+    let up = runs.iter().map(|run| -run.dy).max().unwrap_or(0).max(0);
+    let down = runs.iter().map(|run| run.dy).max().unwrap_or(0).max(0);
+    let inside = up.cast_unsigned()..height.saturating_sub(down.cast_unsigned());
+    let tail = image.tail_mask();
+    for (y, met) in block.chunks_exact(pitch).enumerate() {
+        let row = out.row_mut(y);
+        if outside == L::NEUTRAL || inside.contains(&y) {
+            row.copy_from_slice(&met[..row.len()]);
+        } else {
+            row.fill(outside);
+        }
+        let last = row.len() - 1;
+        row[last] &= tail;
     }
 }
