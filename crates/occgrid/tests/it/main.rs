@@ -1,5 +1,6 @@
 //! Integration tests.
 
+mod cell_size;
 mod explain;
 mod grid;
 #[cfg(all(feature = "map-files", feature = "image"))]
