@@ -12,8 +12,8 @@ use occgrid::Cell;
 use petgraph::unionfind::UnionFind;
 
 use crate::NodeKind;
+use crate::draft::{Incidence, Trace, TraceArc, TraceNode};
 use crate::lattice::Lattice;
-use crate::skeleton::{Incidence, Trace, TraceArc, TraceNode};
 
 /// Ties together the components of a roadmap that the cells left out of `core` join in the lattice,
 /// and gives each component of the lattice that holds no cell of `core` a node.

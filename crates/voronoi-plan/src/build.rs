@@ -108,6 +108,9 @@ fn checked_radius(params: &GraphParams) -> Result<f64, BuildError> {
 /// beside it.
 fn foreground(lattice: &Lattice<'_>) -> (BitImage, Option<BitImage>) {
     let mut core = lattice.at_least(lattice.need());
+    if !is_clearance(lattice.need()) && !is_clearance(lattice.need().saturating_add(1)) {
+        return (core, None);
+    }
     let mut narrow = core.clone();
     narrow.subtract(&lattice.at_least(lattice.need().saturating_add(2)));
     if narrow.count_ones() == 0 {
@@ -124,4 +127,40 @@ fn foreground(lattice: &Lattice<'_>) -> (BitImage, Option<BitImage>) {
         }
     }
     (core, Some(left_out))
+}
+
+/// Whether `(2 d)^2` of any cell of any map can be this value: squares lie an odd number of half cells
+/// away in one direction, or in both. (Odd squares are 1 modulo 8.)
+fn is_clearance(squared_doubled: u32) -> bool {
+    let is_square = |n: u32| n.isqrt().pow(2) == n;
+    match squared_doubled % 8 {
+        1 => is_square(squared_doubled),
+        2 => (1..=squared_doubled.isqrt())
+            .step_by(2)
+            .any(|odd| is_square(squared_doubled - odd * odd)),
+        _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clearances_are_those_of_some_offset() {
+        let edge = |n: u32| (2 * n).saturating_sub(1);
+        let mut possible = vec![false; 4_000];
+        for across in 0..40 {
+            for down in 0..40 {
+                let value = edge(across).pow(2) + edge(down).pow(2);
+                if let Some(slot) = possible.get_mut(value as usize) {
+                    *slot = value > 0;
+                }
+            }
+        }
+        for (value, &possible) in possible.iter().enumerate() {
+            assert_eq!(is_clearance(value as u32), possible, "{value}");
+        }
+        assert!(!is_clearance(u32::MAX));
+    }
 }

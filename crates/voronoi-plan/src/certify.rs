@@ -3,8 +3,8 @@
 use occgrid::{Cell, GridPoint, MapFrame, Point2};
 
 use crate::clearance::claim;
+use crate::draft::{Trace, TraceArc};
 use crate::lattice::Lattice;
-use crate::skeleton::{Trace, TraceArc};
 use crate::{Arc, ClearanceField, Node, VoronoiGraph};
 
 /// The graph of a trace whose every link is in the lattice.

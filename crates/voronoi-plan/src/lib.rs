@@ -7,6 +7,7 @@ mod build;
 mod certify;
 pub mod check;
 mod clearance;
+mod draft;
 mod free_space;
 #[cfg(feature = "geojson")]
 pub mod geojson;

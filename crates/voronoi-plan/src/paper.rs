@@ -10,8 +10,9 @@ use occgrid::{GridPoint, MapFrame, OccupancyMap};
 
 use crate::certify::round_down;
 use crate::clearance::claim;
+use crate::draft::Trace;
 use crate::pack::pack;
-use crate::skeleton::{Trace, trace};
+use crate::skeleton::trace;
 use crate::{Arc, ClearanceField, FreeSpace, Node, NodeKind, VoronoiGraph};
 
 /// The paper's graph and how it came about.

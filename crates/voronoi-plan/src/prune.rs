@@ -9,7 +9,7 @@
 use occgrid::Cell;
 
 use crate::NodeKind;
-use crate::skeleton::{Incidence, Trace, TraceArc};
+use crate::draft::{Incidence, Trace, TraceArc};
 
 /// Which dead ends of the skeleton the roadmap keeps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -88,4 +88,69 @@ fn without(trace: Trace, goes: &[bool], lost: &[bool]) -> Trace {
         rest.arcs.push(TraceArc { ends, ..arc });
     }
     rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::skeleton::trace;
+    use morpho::{BitImage, Border, distance::squared_to_squares};
+
+    fn cycles_and_components(trace: &Trace) -> (usize, usize) {
+        let mut parts = petgraph::unionfind::UnionFind::<usize>::new(trace.nodes.len());
+        let joins = trace
+            .arcs
+            .iter()
+            .filter(|arc| parts.union(arc.ends[0], arc.ends[1]));
+        let joins = joins.count();
+        (trace.arcs.len() - joins, trace.nodes.len() - joins)
+    }
+
+    #[test]
+    fn a_covered_branch_is_never_left_and_an_uncovered_one_never_taken() {
+        let (mut before, mut after) = (0, 0);
+        for seed in 0..300_u64 {
+            let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
+            let image = BitImage::from_fn(70, 40, |_, _| {
+                state ^= state << 13;
+                state ^= state >> 7;
+                state ^= state << 17;
+                state >> 20 & 63 >= 1 + seed % 12
+            });
+            let distance = squared_to_squares(&image, Border::Background);
+            let clearance = |cell: Cell| distance[cell.row as usize * 70 + cell.col as usize];
+            let all = trace(&morpho::thin::homotopic(&image));
+            let kept = prune_covered(all.clone(), clearance);
+            assert_eq!(cycles_and_components(&all), cycles_and_components(&kept));
+            let incidence = Incidence::new(&kept);
+            for arc in &kept.arcs {
+                if let Some(parent) = parent_end(arc, &incidence) {
+                    let center = kept.nodes[arc.ends[parent]].cell;
+                    let beyond = arc.path.iter().any(|cell| {
+                        let across = f64::from(cell.col) - f64::from(center.col);
+                        let down = f64::from(cell.row) - f64::from(center.row);
+                        across.hypot(down) > f64::from(clearance(center)).sqrt() / 2.0
+                    });
+                    assert!(beyond, "seed {seed}: {center:?}");
+                }
+            }
+            // a branch of the whole skeleton that reaches beyond stays, up to joins with others
+            let whole = Incidence::new(&all);
+            for arc in &all.arcs {
+                if let Some(parent) = parent_end(arc, &whole) {
+                    let center = all.nodes[arc.ends[parent]].cell;
+                    if !is_covered(arc, center, clearance(center)) {
+                        let tip = all.nodes[arc.ends[1 - parent]].cell;
+                        assert!(
+                            kept.nodes.iter().any(|node| node.cell == tip),
+                            "seed {seed}"
+                        );
+                    }
+                }
+            }
+            before += all.arcs.len();
+            after += kept.arcs.len();
+        }
+        assert!(after < before);
+    }
 }
