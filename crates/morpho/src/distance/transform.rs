@@ -1,5 +1,10 @@
 //! The two passes.
 
+#![expect(
+    clippy::needless_range_loop,
+    reason = "loops over several rows of lanes at once are what becomes vector code"
+)]
+
 use std::marker::PhantomData;
 
 use super::envelope;

@@ -2,9 +2,9 @@
 //!
 //! Layer after layer, the tiles of 64 x 16 pixels that the layer concerns are visited, column after
 //! column. A visit deletes the simple pixels that no later layer holds, one parity class after
-//! another: rows before columns. Ends stay; but if one belongs to this layer or the last, a second
-//! round follows which may delete such ends where a pixel of a later layer is within three rows and
-//! three columns.
+//! another: rows before columns. Ends stay; but if one belongs to this layer or the last and a pixel of
+//! a later layer is within three rows and three columns of it, a second round follows, in which such
+//! ends go too.
 
 use super::thin::neighbours;
 use crate::BitImage;
@@ -131,7 +131,7 @@ impl<'a> Peel<'a> {
         }
     }
 
-    /// One round over a tile. Whether it met, and left, ends of this layer or the last.
+    /// One round over a tile. Whether it left ends that a round for `loose` ends may delete.
     fn round(&mut self, tile: usize, k: usize, loose: bool) -> bool {
         let (left, top) = (tile / self.tiles_down * 64, tile % self.tiles_down * 16);
         let mut ends = false;
@@ -145,8 +145,9 @@ impl<'a> Peel<'a> {
                     }
                     let young = layer + 1 >= k;
                     let end = p.iter().filter(|&&set| set).count() < 2;
-                    if end && !(loose && young && self.later_near(x, y, k)) {
-                        ends |= young;
+                    let may_end = young && self.later_near(x, y, k);
+                    if end && !(loose && may_end) {
+                        ends |= may_end;
                     } else {
                         self.now.set(x, y, false);
                         self.touch(x, y);

@@ -6,10 +6,17 @@
 //! pixels of a class at once equals deleting them one after another: the topology is safe by
 //! construction, in whatever order the rest happens.
 //!
-//! The order makes the skeleton centred: layer k may delete only what lies outside the image eroded k
-//! times. A pixel with one neighbour (an end) may go only while its own layer or the next one is
-//! peeled. So a branch whose tip is approached faster than the peeling eats it (the bisector of a
-//! corner of 90 degrees) shrinks away, and a branch with sides nearly parallel (a corridor) stays.
+//! The order makes the skeleton centred: no layer deletes what belongs to a later one. A pixel with
+//! one neighbour (an end) may go only while its own layer or the next is peeled, and only within three
+//! pixels of a later layer. So a branch along which the distance grows fast (the bisector of a square
+//! corner, a bump of a wall) shrinks away, and one with nearly parallel sides (a corridor) stays.
+//!
+//! Some passes are saved: a tile is visited only when its layer or a change beside it calls for it.
+
+#![expect(
+    clippy::needless_range_loop,
+    reason = "loops over several rows of lanes at once are what becomes vector code"
+)]
 
 use super::tiles::{Active, LANES, Lanes, Rows, Tile, Tiles, Window};
 use crate::BitImage;
@@ -59,12 +66,13 @@ fn peel_all<L: Layers>(image: &BitImage, mut layers: L) -> BitImage {
             |index| {
                 let inner = layers.inner();
                 let mut window = tiles.window(index);
-                let [mut deleted, mut ends] = peel(&mut window, inner.get(index), &Tile::default());
-                ends = ends.intersection(&layers.young(index));
+                let [mut deleted, ends] = peel(&mut window, inner.get(index), &Tile::default());
                 if ends.any() != 0 {
                     let loose = layers.young(index).intersection(&inner.near(index));
-                    let [more, _] = peel(&mut window, inner.get(index), &loose);
-                    deleted = deleted.union(&more);
+                    if ends.intersection(&loose).any() != 0 {
+                        let [more, _] = peel(&mut window, inner.get(index), &loose);
+                        deleted = deleted.union(&more);
+                    }
                 }
                 if deleted.any() != 0 {
                     tiles.get_mut(index).subtract(&deleted);

@@ -26,24 +26,31 @@ pub fn guo_hall(image: &BitImage) -> BitImage {
     two_pass::thin::<two_pass::GuoHall>(image)
 }
 
-/// Thinning to a centred skeleton one pixel wide that keeps the topology of every image: as many
-/// 8-connected foreground components and 4-connected background components (outside = background).
+/// Thinning to a centred skeleton one pixel wide, which keeps the topology of every image: each
+/// 8-connected part of the foreground keeps one part of the skeleton, each 4-connected part of the
+/// background (outside = background) stays apart and none is made.
+///
+/// Peels by octagonal distance from the background, which is within 4 % of the Euclidean one. No pixel
+/// can be deleted without a change of topology but ends, and these reach to half the width of a
+/// corridor from its dead end; corners of rooms get no branch. Deterministic. The time grows with the
+/// area of the tiles (64 x 16 pixels) that still change, summed over the layers.
 #[must_use]
 pub fn homotopic(image: &BitImage) -> BitImage {
     homotopic::thin(image, Octagons::new(image))
 }
 
-/// As [`homotopic`], peeled in ascending `order` (one value a pixel, row after row; background's are
-/// ignored). Few distinct values are faster: each is a layer.
+/// As [`homotopic`], peeled in ascending `order` (one value a pixel, row after row; those of
+/// background do not matter), such as a distance. Each distinct value is a layer: steps of about a
+/// cell, as of a rounded distance, make the fewest spurs.
 ///
 /// # Panics
-/// If `order` has not one entry a pixel.
+/// If `order` has not one value a pixel, or the image has 2^32 pixels or more.
 #[must_use]
 pub fn homotopic_ordered(image: &BitImage, order: &[u32]) -> BitImage {
     assert_eq!(
         order.len(),
         image.width() * image.height(),
-        "one order a pixel"
+        "one value a pixel"
     );
     homotopic::thin(image, Ordered::new(image, order))
 }

@@ -1,5 +1,10 @@
 //! Layers by octagonal distance.
 
+#![expect(
+    clippy::needless_range_loop,
+    reason = "loops over several rows of lanes at once are what becomes vector code"
+)]
+
 use super::homotopic::Layers;
 use super::tiles::{Active, LANES, Lanes, Rows, Tile, Tiles, Window};
 use crate::BitImage;

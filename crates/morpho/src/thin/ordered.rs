@@ -69,56 +69,77 @@ impl Layers for Ordered {
     }
 }
 
-/// The foreground pixels by ascending order (and as they lie, where equal), and the ends of the runs
-/// of equal order.
-fn sorted(image: &BitImage, tiles: &Tiles, order: &[u32]) -> (Vec<Place>, Vec<usize>) {
+/// Calls `visit` with the order and the place of each foreground pixel, row after row.
+fn for_each_pixel(
+    image: &BitImage,
+    tiles: &Tiles,
+    order: &[u32],
+    mut visit: impl FnMut(u32, Place),
+) {
     let width = image.width();
-    let mut keyed: Vec<(u32, Place)> = Vec::with_capacity(image.count_ones());
     for y in 0..image.height() {
+        let row = &order[y * width..(y + 1) * width];
         for (column, &word) in image.row(y).iter().enumerate() {
+            let first = tiles.place_of_word(column, y);
             let mut rest = word;
             while rest != 0 {
-                let x = column * 64 + rest.trailing_zeros() as usize;
+                let bit = rest.trailing_zeros();
                 rest &= rest - 1;
-                keyed.push((order[y * width + x], tiles.place(x, y)));
+                visit(row[column * 64 + bit as usize], first.at(bit));
             }
         }
     }
-    let largest = keyed.iter().map(|&(value, _)| value as usize).max();
-    let Some(largest) = largest else {
-        return (Vec::new(), Vec::new());
-    };
-    if largest > 4 * keyed.len() + 65_536 {
-        keyed.sort_unstable();
-        let ends = keyed.chunk_by(|a, b| a.0 == b.0).scan(0, |end, run| {
-            *end += run.len();
-            Some(*end)
-        });
-        return (
-            keyed.iter().map(|&(_, place)| place).collect(),
-            ends.collect(),
-        );
-    }
-    counting_sorted(&keyed, largest)
 }
 
-fn counting_sorted(keyed: &[(u32, Place)], largest: usize) -> (Vec<Place>, Vec<usize>) {
-    let mut starts = vec![0_usize; largest + 2];
-    for &(value, _) in keyed {
-        starts[value as usize + 1] += 1;
+/// The foreground pixels by ascending order, and the ends of the runs of equal order.
+fn sorted(image: &BitImage, tiles: &Tiles, order: &[u32]) -> (Vec<Place>, Vec<usize>) {
+    let (mut count, mut largest) = (0, 0);
+    for_each_pixel(image, tiles, order, |value, _| {
+        count += 1;
+        largest = largest.max(value as usize);
+    });
+    if largest <= 4 * count + 65_536 {
+        return counting_sorted(image, tiles, order, count, largest);
     }
+    let mut keyed = Vec::with_capacity(count);
+    for_each_pixel(image, tiles, order, |value, place| {
+        keyed.push((value, place))
+    });
+    keyed.sort_unstable();
+    let ends = keyed.chunk_by(|a, b| a.0 == b.0).scan(0, |end, run| {
+        *end += run.len();
+        Some(*end)
+    });
+    (
+        keyed.iter().map(|&(_, place)| place).collect(),
+        ends.collect(),
+    )
+}
+
+fn counting_sorted(
+    image: &BitImage,
+    tiles: &Tiles,
+    order: &[u32],
+    count: usize,
+    largest: usize,
+) -> (Vec<Place>, Vec<usize>) {
+    let mut starts = vec![0_usize; largest + 2];
+    for_each_pixel(image, tiles, order, |value, _| {
+        starts[value as usize + 1] += 1
+    });
     let mut ends = Vec::new();
     for value in 1..starts.len() {
-        let count = starts[value];
+        let run = starts[value];
         starts[value] += starts[value - 1];
-        if count > 0 {
+        if run > 0 {
             ends.push(starts[value]);
         }
     }
-    let mut pixels = vec![keyed[0].1; keyed.len()];
-    for &(value, place) in keyed {
-        pixels[starts[value as usize]] = place;
-        starts[value as usize] += 1;
-    }
+    let mut pixels = vec![tiles.place_of_word(0, 0); count];
+    for_each_pixel(image, tiles, order, |value, place| {
+        let start = &mut starts[value as usize];
+        pixels[*start] = place;
+        *start += 1;
+    });
     (pixels, ends)
 }

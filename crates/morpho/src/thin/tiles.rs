@@ -3,6 +3,11 @@
 //! Thinning visits a tile again and again until nothing in it or beside it changes. A tile is two
 //! vectors of words, its even and its odd rows, so that pixels of one row parity fill whole vectors.
 
+#![expect(
+    clippy::needless_range_loop,
+    reason = "loops over several rows of lanes at once are what becomes vector code"
+)]
+
 use crate::BitImage;
 
 /// Words in each half of a tile.
@@ -234,7 +239,7 @@ impl Grid {
         }
         if row == (self.height - 1) / TILE_ROWS {
             let last = (self.height - 1) % TILE_ROWS;
-            let half = if last % 2 == 0 {
+            let half = if last.is_multiple_of(2) {
                 &mut tile.even
             } else {
                 &mut tile.odd
@@ -244,17 +249,26 @@ impl Grid {
     }
 }
 
-/// Where a pixel is kept.
+/// Where a pixel is kept: tile, row of 16, bit of 64.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Place {
-    tile: u32,
-    row: u8,
-    bit: u8,
-}
+pub(super) struct Place(u32);
 
 impl Place {
+    /// The pixel `bit` further in the same word.
+    pub(super) const fn at(self, bit: u32) -> Self {
+        Self(self.0 + bit)
+    }
+
     pub(super) const fn tile(self) -> usize {
-        self.tile as usize
+        (self.0 >> 10) as usize
+    }
+
+    const fn row(self) -> usize {
+        (self.0 >> 6 & 15) as usize
+    }
+
+    const fn bit(self) -> u32 {
+        self.0 & 63
     }
 }
 
@@ -270,10 +284,10 @@ impl Tiles {
         let grid = Grid::new(image);
         let mut tiles = vec![Tile::default(); grid.len()];
         for y in 0..image.height() {
-            let lane = y % TILE_ROWS / 2;
+            let lane = (y % TILE_ROWS) / 2;
             for (column, &word) in image.row(y).iter().enumerate() {
                 let tile = &mut tiles[grid.index(column, y)];
-                let half = if y % 2 == 0 {
+                let half = if y.is_multiple_of(2) {
                     &mut tile.even
                 } else {
                     &mut tile.odd
@@ -287,10 +301,10 @@ impl Tiles {
     pub(super) fn to_image(&self) -> BitImage {
         let mut image = BitImage::new(self.grid.width, self.grid.height);
         for y in 0..self.grid.height {
-            let lane = y % TILE_ROWS / 2;
+            let lane = (y % TILE_ROWS) / 2;
             for (column, word) in image.row_mut(y).iter_mut().enumerate() {
                 let tile = &self.tiles[self.grid.index(column, y)];
-                *word = if y % 2 == 0 {
+                *word = if y.is_multiple_of(2) {
                     tile.even[lane]
                 } else {
                     tile.odd[lane]
@@ -308,32 +322,29 @@ impl Tiles {
         }
     }
 
-    /// Where pixel (x, y) is kept.
-    pub(super) const fn place(&self, x: usize, y: usize) -> Place {
-        let row = y % TILE_ROWS;
-        Place {
-            tile: self.grid.index(x / 64, y) as u32,
-            row: row as u8,
-            bit: (x % 64) as u8,
-        }
+    /// Where the pixels of a word lie: that of its lowest bit.
+    pub(super) const fn place_of_word(&self, column: usize, y: usize) -> Place {
+        let tile = self.grid.index(column, y);
+        assert!(tile < 1 << 22, "an image of 2^32 pixels or more");
+        Place((tile << 10 | (y % TILE_ROWS) << 6) as u32)
     }
 
     pub(super) fn set(&mut self, place: Place) {
-        *self.word(place) |= 1 << place.bit;
+        *self.word(place) |= 1 << place.bit();
     }
 
     pub(super) fn clear(&mut self, place: Place) {
-        *self.word(place) &= !(1 << place.bit);
+        *self.word(place) &= !(1 << place.bit());
     }
 
     fn word(&mut self, place: Place) -> &mut u64 {
         let tile = &mut self.tiles[place.tile()];
-        let half = if place.row % 2 == 0 {
+        let half = if place.row().is_multiple_of(2) {
             &mut tile.even
         } else {
             &mut tile.odd
         };
-        &mut half[usize::from(place.row / 2)]
+        &mut half[place.row() / 2]
     }
 
     pub(super) const fn grid(&self) -> Grid {
@@ -463,18 +474,18 @@ impl Active {
         let own = place.tile();
         let mut insert_rows = |tile: usize| {
             self.insert(tile);
-            if place.row == 0 {
+            if place.row() == 0 {
                 self.insert(tile - 1);
             }
-            if usize::from(place.row) == TILE_ROWS - 1 {
+            if place.row() == TILE_ROWS - 1 {
                 self.insert(tile + 1);
             }
         };
         insert_rows(own);
-        if place.bit == 0 {
+        if place.bit() == 0 {
             insert_rows(own - pitch);
         }
-        if place.bit == 63 {
+        if place.bit() == 63 {
             insert_rows(own + pitch);
         }
     }
