@@ -137,7 +137,8 @@ impl ValueRule {
         if self.mode != MapMode::Raw {
             return (0, 100);
         }
-        let occupied = (100.0 * self.occupied_thresh).round() as i8;
+        // 0 is below any occupied_thresh, as that is above free_thresh
+        let occupied = ((100.0 * self.occupied_thresh).round() as i8).max(1);
         let free = (100.0 * self.free_thresh).round() as i8;
         // thresholds closer than one value: the value between them is not free
         (free.min(occupied - 1), occupied)
@@ -192,6 +193,8 @@ mod tests {
         assert_eq!(raw.class_limits(), (25, 65));
         raw.free_thresh = 0.649;
         assert_eq!(raw.class_limits(), (64, 65));
+        (raw.free_thresh, raw.occupied_thresh) = (0.0, 0.001);
+        assert_eq!(raw.class_limits(), (0, 1));
     }
 
     #[test]

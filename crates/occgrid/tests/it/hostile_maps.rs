@@ -1,5 +1,10 @@
 //! Files made to hurt: every one is answered in a second, in bounded memory, with one clear line.
 
+#![expect(
+    clippy::unwrap_used,
+    reason = "helpers of tests, which fail by panicking"
+)]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;

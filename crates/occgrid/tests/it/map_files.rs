@@ -1,5 +1,10 @@
 //! Maps read as Nav2 reads them, and written so that Nav2 reads back the same.
 
+#![expect(
+    clippy::unwrap_used,
+    reason = "helpers of tests, which fail by panicking"
+)]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -308,7 +313,7 @@ proptest! {
         prop_assert_eq!(again.log_odds, None);
         for (&before, &after) in map.values().iter().zip(again.map.values()) {
             let expected = match map.classify(before) {
-                _ if before < 0 || before > 100 => -1,
+                _ if !(0..=100).contains(&before) => -1,
                 CellState::Free => 0,
                 CellState::Occupied => 100,
                 CellState::Unknown => -1,

@@ -1,5 +1,10 @@
 //! A save that is killed or fails at any system call leaves the old map or the new map, whole.
 
+#![expect(
+    clippy::unwrap_used,
+    reason = "helpers of tests, which fail by panicking"
+)]
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
