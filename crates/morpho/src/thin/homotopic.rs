@@ -13,12 +13,9 @@
 //!
 //! Some passes are saved: a tile is visited only when its layer or a change beside it calls for it.
 
-#![expect(
-    clippy::needless_range_loop,
-    reason = "loops over several rows of lanes at once are what becomes vector code"
-)]
-
-use super::tiles::{Active, LANES, Lanes, Rows, Tile, Tiles, Window};
+use super::active::Active;
+use super::tile::{LANES, Lanes, Rows, Tile, Window};
+use super::tiles::Tiles;
 use crate::BitImage;
 
 /// What the layers leave in place.
@@ -65,18 +62,24 @@ fn peel_all<L: Layers>(image: &BitImage, mut layers: L) -> BitImage {
             #[inline(always)]
             |index| {
                 let inner = layers.inner();
-                let mut window = tiles.window(index);
-                let [mut deleted, ends] = peel(&mut window, inner.get(index), &Tile::default());
-                if ends.any() != 0 {
-                    let loose = layers.young(index).intersection(&inner.near(index));
-                    if ends.intersection(&loose).any() != 0 {
-                        let [more, _] = peel(&mut window, inner.get(index), &loose);
-                        deleted = deleted.union(&more);
+                let mut loose = Tile::default();
+                for second in [false, true] {
+                    let [deleted, ends] = peel(&mut tiles.window(index), inner.get(index), &loose);
+                    if deleted.any() != 0 {
+                        tiles.get_mut(index).subtract(&deleted);
+                        next.insert_touched(index, &deleted);
                     }
-                }
-                if deleted.any() != 0 {
-                    tiles.get_mut(index).subtract(&deleted);
-                    next.insert_touched(index, &deleted);
+                    if second || ends.any() == 0 {
+                        break;
+                    }
+                    loose = layers.young(index);
+                    if ends.intersection(&loose).any() == 0 {
+                        break;
+                    }
+                    loose = loose.intersection(&inner.near(index));
+                    if ends.intersection(&loose).any() == 0 {
+                        break;
+                    }
                 }
             },
         );

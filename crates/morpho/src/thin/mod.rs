@@ -1,8 +1,10 @@
 //! Thinning: to lines one pixel wide.
 
+mod active;
 mod homotopic;
 mod octagons;
 mod ordered;
+mod tile;
 mod tiles;
 mod two_pass;
 

@@ -1,12 +1,9 @@
 //! Layers by octagonal distance.
 
-#![expect(
-    clippy::needless_range_loop,
-    reason = "loops over several rows of lanes at once are what becomes vector code"
-)]
-
+use super::active::Active;
 use super::homotopic::Layers;
-use super::tiles::{Active, LANES, Lanes, Rows, Tile, Tiles, Window};
+use super::tile::{LANES, Lanes, Rows, Tile, Window};
+use super::tiles::Tiles;
 use crate::BitImage;
 
 /// Layers of the octagonal distance from the background (outside included): erosions by the cross and

@@ -1,7 +1,9 @@
 //! Layers in an order that the caller gives.
 
+use super::active::Active;
 use super::homotopic::Layers;
-use super::tiles::{Active, Place, Tile, Tiles};
+use super::tile::Tile;
+use super::tiles::{Place, Tiles};
 use crate::BitImage;
 
 /// One layer for each distinct value of the order, ascending.

@@ -1,200 +1,17 @@
-//! The image as tiles of 64 x 16 pixels, and which tiles may still change.
-//!
-//! Thinning visits a tile again and again until nothing in it or beside it changes. A tile is two
-//! vectors of words, its even and its odd rows, so that pixels of one row parity fill whole vectors.
+//! The image in tiles of 64 x 16 pixels, which thinning visits again and again until nothing in them
+//! or beside them changes.
 
-#![expect(
-    clippy::needless_range_loop,
-    reason = "loops over several rows of lanes at once are what becomes vector code"
-)]
-
+use super::tile::{LANES, Lanes, Rows, TILE_ROWS, Tile, Window, shift_down, shift_up};
 use crate::BitImage;
-
-/// Words in each half of a tile.
-pub(super) const LANES: usize = 8;
-/// Rows of a tile.
-const TILE_ROWS: usize = 2 * LANES;
-
-/// Eight words, one a row, every second row.
-pub(super) type Lanes = [u64; LANES];
-
-/// 16 rows of 64 pixels.
-#[derive(Clone, Copy, Default, PartialEq, Eq)]
-#[repr(align(64))]
-pub(super) struct Tile {
-    pub(super) even: Lanes,
-    pub(super) odd: Lanes,
-}
-
-impl Tile {
-    #[inline(always)]
-    pub(super) fn any(&self) -> u64 {
-        let mut all = 0;
-        for i in 0..LANES {
-            all |= self.even[i] | self.odd[i];
-        }
-        all
-    }
-
-    #[inline(always)]
-    pub(super) fn subtract(&mut self, other: &Self) {
-        *self = self.difference(other);
-    }
-
-    /// The pixels of both.
-    #[inline(always)]
-    pub(super) fn union(&self, other: &Self) -> Self {
-        let mut tile = *self;
-        for i in 0..LANES {
-            tile.even[i] |= other.even[i];
-            tile.odd[i] |= other.odd[i];
-        }
-        tile
-    }
-
-    /// The pixels that are in `other` too.
-    #[inline(always)]
-    pub(super) fn intersection(&self, other: &Self) -> Self {
-        let mut tile = *self;
-        for i in 0..LANES {
-            tile.even[i] &= other.even[i];
-            tile.odd[i] &= other.odd[i];
-        }
-        tile
-    }
-
-    /// The pixels that are not in `other`.
-    #[inline(always)]
-    pub(super) fn difference(&self, other: &Self) -> Self {
-        let mut tile = *self;
-        for i in 0..LANES {
-            tile.even[i] &= !other.even[i];
-            tile.odd[i] &= !other.odd[i];
-        }
-        tile
-    }
-}
-
-/// One row parity of a tile with the words west and east of it.
-#[derive(Clone, Copy)]
-pub(super) struct Rows {
-    west: Lanes,
-    centre: Lanes,
-    east: Lanes,
-}
-
-impl Rows {
-    /// The western neighbour of each pixel.
-    #[inline(always)]
-    pub(super) fn western(&self) -> Lanes {
-        let mut lanes = [0; LANES];
-        for i in 0..LANES {
-            lanes[i] = self.centre[i] << 1 | self.west[i] >> 63;
-        }
-        lanes
-    }
-
-    #[inline(always)]
-    pub(super) const fn centre(&self) -> Lanes {
-        self.centre
-    }
-
-    /// The eastern neighbour of each pixel.
-    #[inline(always)]
-    pub(super) fn eastern(&self) -> Lanes {
-        let mut lanes = [0; LANES];
-        for i in 0..LANES {
-            lanes[i] = self.centre[i] >> 1 | self.east[i] << 63;
-        }
-        lanes
-    }
-
-    /// Drops pixels from the tile itself.
-    #[inline(always)]
-    pub(super) fn subtract(&mut self, pixels: &Lanes) {
-        for i in 0..LANES {
-            self.centre[i] &= !pixels[i];
-        }
-    }
-
-    /// The pixels set in both.
-    #[inline(always)]
-    pub(super) fn intersection(&self, other: &Self) -> Self {
-        let mut rows = *self;
-        for i in 0..LANES {
-            rows.west[i] &= other.west[i];
-            rows.centre[i] &= other.centre[i];
-            rows.east[i] &= other.east[i];
-        }
-        rows
-    }
-
-    /// The rows two further down: the last one comes from the tile below.
-    #[inline(always)]
-    fn down(&self, below: [u64; 3]) -> Self {
-        Self {
-            west: shift_down(&self.west, below[0]),
-            centre: shift_down(&self.centre, below[1]),
-            east: shift_down(&self.east, below[2]),
-        }
-    }
-
-    /// The rows two further up: the first one comes from the tile above.
-    #[inline(always)]
-    fn up(&self, above: [u64; 3]) -> Self {
-        Self {
-            west: shift_up(&self.west, above[0]),
-            centre: shift_up(&self.centre, above[1]),
-            east: shift_up(&self.east, above[2]),
-        }
-    }
-}
-
-#[inline(always)]
-fn shift_down(lanes: &Lanes, last: u64) -> Lanes {
-    let mut shifted = [last; LANES];
-    shifted[..LANES - 1].copy_from_slice(&lanes[1..]);
-    shifted
-}
-
-#[inline(always)]
-fn shift_up(lanes: &Lanes, first: u64) -> Lanes {
-    let mut shifted = [first; LANES];
-    shifted[1..].copy_from_slice(&lanes[..LANES - 1]);
-    shifted
-}
-
-/// A tile with all that touches it.
-#[derive(Clone, Copy)]
-pub(super) struct Window {
-    pub(super) even: Rows,
-    pub(super) odd: Rows,
-    above: [u64; 3],
-    below: [u64; 3],
-}
-
-impl Window {
-    /// The rows above the even rows.
-    #[inline(always)]
-    pub(super) fn above_even(&self) -> Rows {
-        self.odd.up(self.above)
-    }
-
-    /// The rows below the odd rows.
-    #[inline(always)]
-    pub(super) fn below_odd(&self) -> Rows {
-        self.even.down(self.below)
-    }
-}
 
 /// Where the tiles of an image lie: column after column, with a margin of one tile all round.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) struct Grid {
     width: usize,
     height: usize,
-    columns: usize,
+    pub(super) columns: usize,
     /// Tiles from one column to the next.
-    pitch: usize,
+    pub(super) pitch: usize,
 }
 
 impl Grid {
@@ -263,11 +80,11 @@ impl Place {
         (self.0 >> 10) as usize
     }
 
-    const fn row(self) -> usize {
+    pub(super) const fn row(self) -> usize {
         (self.0 >> 6 & 15) as usize
     }
 
-    const fn bit(self) -> u32 {
+    pub(super) const fn bit(self) -> u32 {
         self.0 & 63
     }
 }
@@ -276,7 +93,7 @@ impl Place {
 #[derive(Clone)]
 pub(super) struct Tiles {
     grid: Grid,
-    tiles: Vec<Tile>,
+    pub(super) tiles: Vec<Tile>,
 }
 
 impl Tiles {
@@ -434,126 +251,4 @@ fn seven_columns(west: &Lanes, centre: &Lanes, east: &Lanes) -> Lanes {
         lanes[i] = c | left | right;
     }
     lanes
-}
-
-/// A set of tiles, visited in the order of their indices.
-#[derive(Clone)]
-pub(super) struct Active {
-    grid: Grid,
-    bits: Vec<u64>,
-}
-
-impl Active {
-    pub(super) fn none(grid: Grid) -> Self {
-        Self {
-            grid,
-            bits: vec![0; grid.len().div_ceil(64)],
-        }
-    }
-
-    /// The tiles with any pixel set.
-    pub(super) fn of(tiles: &Tiles) -> Self {
-        let mut active = Self::none(tiles.grid);
-        for (index, tile) in tiles.tiles.iter().enumerate() {
-            if tile.any() != 0 {
-                active.insert(index);
-            }
-        }
-        active
-    }
-
-    #[inline(always)]
-    pub(super) fn insert(&mut self, index: usize) {
-        self.bits[index / 64] |= 1 << (index % 64);
-    }
-
-    /// Inserts the tiles that a pixel touches: its own and those of its neighbours.
-    #[inline(always)]
-    pub(super) fn insert_touching(&mut self, place: Place) {
-        let pitch = self.grid.pitch;
-        let own = place.tile();
-        let mut insert_rows = |tile: usize| {
-            self.insert(tile);
-            if place.row() == 0 {
-                self.insert(tile - 1);
-            }
-            if place.row() == TILE_ROWS - 1 {
-                self.insert(tile + 1);
-            }
-        };
-        insert_rows(own);
-        if place.bit() == 0 {
-            insert_rows(own - pitch);
-        }
-        if place.bit() == 63 {
-            insert_rows(own + pitch);
-        }
-    }
-
-    /// Inserts a tile with changed pixels, and the neighbours that these pixels touch.
-    #[inline(always)]
-    pub(super) fn insert_touched(&mut self, index: usize, changed: &Tile) {
-        let pitch = self.grid.pitch;
-        let all = changed.any();
-        if all == 0 {
-            return;
-        }
-        self.insert(index);
-        let columns = |word: u64| {
-            [
-                (word & 1 != 0, index - pitch),
-                (word >> 63 != 0, index + pitch),
-            ]
-        };
-        for (touched, beside) in columns(all) {
-            if touched {
-                self.insert(beside);
-            }
-        }
-        for (row, above) in [(changed.even[0], true), (changed.odd[LANES - 1], false)] {
-            if row == 0 {
-                continue;
-            }
-            let step = |at: usize| if above { at - 1 } else { at + 1 };
-            self.insert(step(index));
-            for (touched, beside) in columns(row) {
-                if touched {
-                    self.insert(step(beside));
-                }
-            }
-        }
-    }
-
-    /// Takes all tiles out and hands those inside the image to `visit`, in ascending order.
-    /// Whether there was one.
-    #[inline(always)]
-    pub(super) fn drain(&mut self, visit: impl FnMut(usize)) -> bool {
-        let found = self.visit(visit);
-        self.bits.fill(0);
-        found
-    }
-
-    /// Hands the tiles inside the image to `visit`, in ascending order. Whether there was one.
-    #[inline(always)]
-    pub(super) fn visit(&self, mut visit: impl FnMut(usize)) -> bool {
-        let mut found = false;
-        for (at, &word) in self.bits.iter().enumerate() {
-            let mut rest = word;
-            while rest != 0 {
-                let index = at * 64 + rest.trailing_zeros() as usize;
-                rest &= rest - 1;
-                let row = index % self.grid.pitch;
-                let column = index / self.grid.pitch;
-                if row != 0
-                    && row + 1 != self.grid.pitch
-                    && column != 0
-                    && column != self.grid.columns + 1
-                {
-                    found = true;
-                    visit(index);
-                }
-            }
-        }
-        found
-    }
 }

@@ -4,14 +4,11 @@
 //! need not be visited when nothing in it or beside it changed since the pass of the same kind last
 //! saw it: that is, in the last two passes.
 
-#![expect(
-    clippy::needless_range_loop,
-    reason = "loops over several rows of lanes at once are what becomes vector code"
-)]
-
 use std::marker::PhantomData;
 
-use super::tiles::{Active, LANES, Lanes, Rows, Tile, Tiles};
+use super::active::Active;
+use super::tile::{LANES, Lanes, Rows, Tile};
+use super::tiles::Tiles;
 use crate::BitImage;
 
 /// What a pass deletes, from the eight neighbours P2 .. P9 (clockwise from north) of 64 pixels.

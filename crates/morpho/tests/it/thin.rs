@@ -327,7 +327,7 @@ fn a_corridors_skeleton_is_its_centre_line() {
 
 fn golden(name: &str) -> Vec<u8> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../testdata/");
-    std::fs::read(format!("{folder}{name}")).unwrap()
+    std::fs::read(format!("{folder}{name}")).expect("test data in place")
 }
 
 /// OpenCV's results (testdata/golden/make_thinning.py).
