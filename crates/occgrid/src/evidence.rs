@@ -143,7 +143,7 @@ impl EvidenceTables {
 const RUN: usize = 128;
 
 /// Runs are padded to whole vectors.
-const LANES: usize = 8;
+const LANES: usize = 16;
 
 /// Room for the bins of a run.
 pub(crate) type Bins = [u32; RUN];

@@ -335,4 +335,22 @@ mod tests {
         assert!((beam.x - 0.9).abs() < 1e-12 && (beam.y - 2.2).abs() < 1e-12);
         assert!((beam.theta - (PI / 2.0 + 0.25)).abs() < 1e-12);
     }
+
+    #[cfg(feature = "map-files")]
+    #[test]
+    fn files_may_leave_out_keys_but_not_invent_any() {
+        let text = "beam_width: 0.35\nmax_range: 4\nmount: [0.1, 0, 1.5]\n";
+        let model: SonarModel = serde_saphyr::from_str(text).expect("good parameters");
+        let expected = SonarModel {
+            beam_width: 0.35,
+            max_range: 4.0,
+            mount: Pose2::new(0.1, 0.0, 1.5),
+            ..SonarModel::default()
+        };
+        assert_eq!(model, expected);
+        let unknown: Result<SonarModel, _> = serde_saphyr::from_str("beam_wdth: 0.35\n");
+        let message = unknown.expect_err("a misspelt key").to_string();
+        assert!(message.contains("beam_wdth"), "{message}");
+        assert!(serde_saphyr::from_str::<SonarModel>("mount: [0.1, 0]\n").is_err());
+    }
 }
