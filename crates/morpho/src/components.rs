@@ -182,18 +182,16 @@ impl Components {
     /// [`to_labels`](Self::to_labels) into a vector whose memory is reused.
     pub fn to_labels_into(&self, labels: &mut Vec<u32>) {
         labels.resize(self.width * self.height, 0);
-        if self.width == 0 {
-            return;
-        }
-        for (y, row) in labels.chunks_exact_mut(self.width).enumerate() {
-            let mut end = 0;
+        let mut end = 0;
+        for y in 0..self.height {
             for run in &self.runs[self.rows[y]..self.rows[y + 1]] {
-                row[end..run.start as usize].fill(0);
-                end = run.end as usize;
-                row[run.start as usize..end].fill(run.label);
+                let start = y * self.width + run.start as usize;
+                paint(labels, end, start, 0);
+                end = y * self.width + run.end as usize;
+                paint(labels, start, end, run.label);
             }
-            row[end..].fill(0);
         }
+        labels[end..].fill(0);
     }
 
     /// The image of the components that `keep` says yes to.
@@ -210,6 +208,20 @@ impl Components {
             }
         }
         image
+    }
+}
+
+/// Fills `start..end`, and maybe some behind: short stretches go faster by the block, and what comes
+/// behind is painted later.
+#[inline(always)]
+fn paint(labels: &mut [u32], start: usize, end: usize, label: u32) {
+    let mut at = start;
+    while at < end {
+        let Some(block) = labels[at..].first_chunk_mut::<16>() else {
+            return labels[at..end].fill(label);
+        };
+        *block = [label; 16];
+        at += block.len();
     }
 }
 
