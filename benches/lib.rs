@@ -61,7 +61,13 @@ impl BuildingMap {
                 gray.push(if joined { FREE } else { there });
             }
         }
-        Self { name: "gdc3 x 7", width: SIDE, height: SIDE, gray, resolution: tile.resolution }
+        Self {
+            name: "gdc3 x 7",
+            width: SIDE,
+            height: SIDE,
+            gray,
+            resolution: tile.resolution,
+        }
     }
 
     /// The map as the planner takes it.
@@ -86,7 +92,9 @@ impl BuildingMap {
     }
 
     fn load(name: &'static str, path: &str) -> Self {
-        let map = load_map(&maps().join(path), &LoadOptions::default()).expect("a map").map;
+        let map = load_map(&maps().join(path), &LoadOptions::default())
+            .expect("a map")
+            .map;
         let gray = map.values().iter().map(|&v| match map.classify(v) {
             CellState::Free => FREE,
             CellState::Occupied => OCCUPIED,

@@ -33,7 +33,11 @@ fn operations(c: &mut Criterion) {
             let mut workspace = Workspace::new();
             let mut out = BitImage::new(0, 0);
             operation(&small, &element, Border::Neutral, &mut workspace, &mut out);
-            assert_eq!(out, twin(&small, &element, Border::Neutral), "{name} {element_name}");
+            assert_eq!(
+                out,
+                twin(&small, &element, Border::Neutral),
+                "{name} {element_name}"
+            );
             for map in maps() {
                 let image = bits(&map);
                 group.bench_function(BenchmarkId::new(element_name, map.name), |b| {
@@ -57,7 +61,9 @@ fn regions(c: &mut Criterion) {
         let area = components.largest().map(|largest| largest.area);
         assert_eq!(Some(out.count_ones()), area, "fill and labels agree");
         c.bench_function(&format!("threshold/{}", map.name), |b| {
-            b.iter(|| morpho::threshold_into(&map.gray, map.width, map.height, FREE_FROM, &mut out));
+            b.iter(|| {
+                morpho::threshold_into(&map.gray, map.width, map.height, FREE_FROM, &mut out)
+            });
         });
         assert_eq!(out, image);
         c.bench_function(&format!("seed_fill/{}", map.name), |b| {
@@ -90,7 +96,11 @@ fn distances(c: &mut Criterion) {
 }
 
 fn maps() -> [BuildingMap; 3] {
-    [BuildingMap::small(), BuildingMap::medium(), BuildingMap::large()]
+    [
+        BuildingMap::small(),
+        BuildingMap::medium(),
+        BuildingMap::large(),
+    ]
 }
 
 fn bits(map: &BuildingMap) -> BitImage {

@@ -4,7 +4,11 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use occgrid::{MapFrame, OccupancyGrid, Pose2, Reading, Shot, SonarModel, reference};
 
 fn updates(c: &mut Criterion) {
-    let model = SonarModel { sigma: 0.05, max_range: 5.0, ..SonarModel::default() };
+    let model = SonarModel {
+        sigma: 0.05,
+        max_range: 5.0,
+        ..SonarModel::default()
+    };
     let shots = full_turn();
     for (name, resolution) in [("0.25 m", 0.25), ("0.05 m", 0.05), ("0.02 m", 0.02)] {
         let side = (16.0 / resolution) as u32;
@@ -41,7 +45,9 @@ fn full_turn() -> Vec<Shot> {
             reading: if k % 4 == 3 {
                 Reading::NoEcho { listened: 5.0 }
             } else {
-                Reading::Echo { range: 0.5 + 0.22 * f64::from(k) }
+                Reading::Echo {
+                    range: 0.5 + 0.22 * f64::from(k),
+                }
             },
         })
         .collect()

@@ -13,14 +13,28 @@ const RADIUS: f64 = 0.25;
 fn graphs_and_routes(c: &mut Criterion) {
     let mut group = c.benchmark_group("plan");
     group.sample_size(20);
-    for map in [BuildingMap::small(), BuildingMap::medium(), BuildingMap::large()] {
+    for map in [
+        BuildingMap::small(),
+        BuildingMap::medium(),
+        BuildingMap::large(),
+    ] {
         let occupancy = map.occupancy();
         let space = FreeSpace::from_map(&occupancy);
-        let params = GraphParams { radius: RADIUS, ..GraphParams::default() };
+        let params = GraphParams {
+            radius: RADIUS,
+            ..GraphParams::default()
+        };
         let graph = VoronoiGraph::build(&space, &params).expect("a graph");
         let route_graph = RouteGraph::from_voronoi(&graph);
-        let rules = CheckParams { radius: RADIUS, unknown: UnknownIs::Occupied };
-        assert!(check(route_graph.lines(), &occupancy, &rules).is_clean(), "{}", map.name);
+        let rules = CheckParams {
+            radius: RADIUS,
+            unknown: UnknownIs::Occupied,
+        };
+        assert!(
+            check(route_graph.lines(), &occupancy, &rules).is_clean(),
+            "{}",
+            map.name
+        );
         group.bench_function(format!("map_to_graph/{}", map.name), |b| {
             b.iter(|| VoronoiGraph::build(&space, &params));
         });

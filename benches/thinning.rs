@@ -12,12 +12,19 @@ fn thinnings(c: &mut Criterion) {
         ("homotopic", thin::homotopic),
     ];
     let small = bits(&BuildingMap::small());
-    assert_eq!(thin::zhang_suen(&small), reference::thin::zhang_suen(&small));
+    assert_eq!(
+        thin::zhang_suen(&small),
+        reference::thin::zhang_suen(&small)
+    );
     assert_eq!(thin::guo_hall(&small), reference::thin::guo_hall(&small));
     assert_eq!(topology(&thin::homotopic(&small)), topology(&small));
     let mut group = c.benchmark_group("thin");
     group.sample_size(20);
-    for map in [BuildingMap::small(), BuildingMap::medium(), BuildingMap::large()] {
+    for map in [
+        BuildingMap::small(),
+        BuildingMap::medium(),
+        BuildingMap::large(),
+    ] {
         let image = bits(&map);
         for (name, thinning) in all {
             group.bench_function(BenchmarkId::new(name, map.name), |b| {

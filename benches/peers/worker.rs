@@ -77,8 +77,13 @@ impl Bench {
         let (width, height) = (map.width, map.height);
         let bits = morpho::threshold(&map.gray, width, height, FREE_FROM);
         let picture = morpho::to_gray_image(&bits);
-        let frame = MapFrame::new(width as u32, height as u32, map.resolution, Pose2::default())
-            .expect("a valid frame");
+        let frame = MapFrame::new(
+            width as u32,
+            height as u32,
+            map.resolution,
+            Pose2::default(),
+        )
+        .expect("a valid frame");
         let components = Components::label(&bits, Connectivity::Eight);
         let seed = components.largest().expect("free cells").first;
         let grid = OccupancyGrid::from_log_odds(frame, vec![0.0; width * height]).expect("a grid");
@@ -94,7 +99,11 @@ impl Bench {
             gray_out: GrayImage::new(width as u32, height as u32),
             grid,
             plain_grid: vec![0.0; width * height],
-            model: SonarModel { sigma: 0.05, max_range: 5.0, ..SonarModel::default() },
+            model: SonarModel {
+                sigma: 0.05,
+                max_range: 5.0,
+                ..SonarModel::default()
+            },
             shots: shots(&map),
             graph: None,
             map,
@@ -135,7 +144,9 @@ impl Bench {
             "thin_homotopic" => self.out = thin::homotopic(bits),
             "map_to_graph" => self.graph = Some(self.build_graph()),
             "sonar_update" => {
-                self.grid.integrate(&self.model, &self.shots).expect("inside the grid");
+                self.grid
+                    .integrate(&self.model, &self.shots)
+                    .expect("inside the grid");
             }
             "plain_sonar_update" => {
                 for shot in &self.shots {
@@ -171,7 +182,10 @@ impl Bench {
         let (width, height) = (self.map.width, self.map.height);
         let free = morpho::threshold(&self.map.gray, width, height, FREE_FROM);
         let space = FreeSpace::new(self.frame, free);
-        let params = GraphParams { radius: RADIUS, ..GraphParams::default() };
+        let params = GraphParams {
+            radius: RADIUS,
+            ..GraphParams::default()
+        };
         VoronoiGraph::build(&space, &params).expect("a graph")
     }
 
@@ -208,9 +222,10 @@ impl Bench {
     fn agree(&mut self, work: &str, peer: &str) -> bool {
         self.run(work);
         match peer {
-            "imageproc_components" => {
-                same_partition(&self.components.to_labels(), self.imageproc_labels().as_raw())
-            }
+            "imageproc_components" => same_partition(
+                &self.components.to_labels(),
+                self.imageproc_labels().as_raw(),
+            ),
             "imageproc_distance" => {
                 let theirs = self.imageproc_distances();
                 self.distances
@@ -256,7 +271,9 @@ impl Bench {
 
 /// Twenty shots all round at each of 50 free places, as the paper's robot takes them, echoes and silence.
 fn shots(map: &BuildingMap) -> Vec<Shot> {
-    let free: Vec<usize> = (0..map.gray.len()).filter(|&i| map.gray[i] >= FREE_FROM).collect();
+    let free: Vec<usize> = (0..map.gray.len())
+        .filter(|&i| map.gray[i] >= FREE_FROM)
+        .collect();
     let mut shots = Vec::new();
     for stop in 0..50 {
         let index = free[(stop * 2 + 1) * free.len() / 100];
@@ -275,7 +292,9 @@ fn shots(map: &BuildingMap) -> Vec<Shot> {
                 reading: if k % 4 == 3 {
                     Reading::NoEcho { listened: 5.0 }
                 } else {
-                    Reading::Echo { range: range.min(4.9) }
+                    Reading::Echo {
+                        range: range.min(4.9),
+                    }
                 },
             });
         }

@@ -17,7 +17,11 @@ fn cargo(arguments: &[&str]) -> String {
         .current_dir(root())
         .output()
         .expect("cargo runs");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
     String::from_utf8(output.stdout).expect("UTF-8")
 }
 
@@ -32,12 +36,21 @@ fn siblings(package: &str) -> BTreeSet<String> {
         "mobot-hw",
         "mobot-cli",
     ];
-    cargo(&["tree", "-e", "normal", "--prefix", "none", "--all-features", "-p", package])
-        .lines()
-        .filter_map(|line| line.split(' ').next())
-        .filter(|name| OURS.contains(name) && *name != package)
-        .map(str::to_owned)
-        .collect()
+    cargo(&[
+        "tree",
+        "-e",
+        "normal",
+        "--prefix",
+        "none",
+        "--all-features",
+        "-p",
+        package,
+    ])
+    .lines()
+    .filter_map(|line| line.split(' ').next())
+    .filter(|name| OURS.contains(name) && *name != package)
+    .map(str::to_owned)
+    .collect()
 }
 
 #[test]
@@ -52,18 +65,31 @@ fn dependencies_point_one_way() {
     ];
     for (package, may_use) in allowed {
         for used in siblings(package) {
-            assert!(may_use.contains(&used.as_str()), "{package} must not use {used}");
+            assert!(
+                may_use.contains(&used.as_str()),
+                "{package} must not use {used}"
+            );
         }
     }
 }
 
 #[test]
 fn no_crate_needs_a_system_library() {
-    let tree = cargo(&["tree", "-e", "normal,build", "--prefix", "none", "--workspace"]);
+    let tree = cargo(&[
+        "tree",
+        "-e",
+        "normal,build",
+        "--prefix",
+        "none",
+        "--workspace",
+    ]);
     for name in tree.lines().filter_map(|line| line.split(' ').next()) {
         let native = name.ends_with("-sys") && !["linux-raw-sys", "windows-sys"].contains(&name);
         assert!(!native, "{name} links a system library");
-        assert!(!["pkg-config", "bindgen", "cc", "cmake"].contains(&name), "{name}");
+        assert!(
+            !["pkg-config", "bindgen", "cc", "cmake"].contains(&name),
+            "{name}"
+        );
     }
 }
 
@@ -76,7 +102,12 @@ fn test_data_is_what_the_manifest_says() {
         .as_array()
         .expect("sources")
         .iter()
-        .inspect(|s| assert!(s.get("origin").is_some() && s.get("licence").is_some(), "{s}"))
+        .inspect(|s| {
+            assert!(
+                s.get("origin").is_some() && s.get("licence").is_some(),
+                "{s}"
+            )
+        })
         .map(|s| s["path"].as_str().expect("path"))
         .collect();
     let hashes = manifest["sha256"].as_table().expect("hashes");
@@ -85,11 +116,20 @@ fn test_data_is_what_the_manifest_says() {
     let named: BTreeSet<PathBuf> = hashes.keys().map(|name| testdata.join(name)).collect();
     let unnamed: Vec<_> = found.difference(&named).collect();
     let missing: Vec<_> = named.difference(&found).collect();
-    assert!(unnamed.is_empty() && missing.is_empty(), "unnamed {unnamed:?}, missing {missing:?}");
+    assert!(
+        unnamed.is_empty() && missing.is_empty(),
+        "unnamed {unnamed:?}, missing {missing:?}"
+    );
     for (name, hash) in hashes {
-        assert!(sources.iter().any(|s| name.starts_with(s)), "{name} has no source");
+        assert!(
+            sources.iter().any(|s| name.starts_with(s)),
+            "{name} has no source"
+        );
         let bytes = std::fs::read(testdata.join(name)).expect("readable");
-        let digest: String = Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect();
+        let digest: String = Sha256::digest(bytes)
+            .iter()
+            .map(|b| format!("{b:02x}"))
+            .collect();
         assert_eq!(Some(digest.as_str()), hash.as_str(), "{name} was changed");
     }
 }

@@ -15,8 +15,11 @@ fn main() -> ExitCode {
             let line: String = format!("{error:#}")
                 .chars()
                 .flat_map(|c| {
-                    let escaped: Vec<char> =
-                        if c.is_control() { c.escape_default().collect() } else { vec![c] };
+                    let escaped: Vec<char> = if c.is_control() {
+                        c.escape_default().collect()
+                    } else {
+                        vec![c]
+                    };
                     escaped
                 })
                 .collect();

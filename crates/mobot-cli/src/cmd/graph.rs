@@ -3,9 +3,11 @@
 use std::time::Instant;
 
 use anyhow::Context as _;
+use morpho::CleanerParams;
+use occgrid::OccupancyMap;
 use serde::Serialize;
 use voronoi_plan::geojson::RouteGraph;
-use voronoi_plan::{FreeSpace, GraphParams, VoronoiGraph, paper};
+use voronoi_plan::{FreeSpace, GraphParams, PaperGraph, VoronoiGraph};
 
 use crate::args::GraphArgs;
 use crate::output::{Outcome, Output, write_whole};
@@ -40,11 +42,13 @@ pub(super) fn run(args: &GraphArgs, output: &Output) -> anyhow::Result<Outcome> 
     let map = super::load(&args.input, output)?;
     output.stage("extracting the roadmap");
     let started = Instant::now();
-    let space = FreeSpace::from_map(&map);
-    let ours = || VoronoiGraph::build(&space, &GraphParams { radius, ..GraphParams::default() });
-    let graph = if args.paper { paper::build(&space, radius)? } else { ours()? };
+    let graph = if args.paper {
+        PaperGraph::build(&map, radius, &CleanerParams::default())?.graph
+    } else {
+        ours(&map, radius)?
+    };
     let elapsed_ms = started.elapsed().as_secs_f64() * 1e3;
-    let beside = if args.paper { Some(beside(&ours()?)) } else { None };
+    let beside = if args.paper { Some(beside(&ours(&map, radius)?)) } else { None };
     output.stage("writing");
     write_whole(&args.output, &RouteGraph::from_voronoi(&graph).to_geojson()?)
         .with_context(|| format!("{}", args.output.display()))?;
@@ -54,7 +58,7 @@ pub(super) fn run(args: &GraphArgs, output: &Output) -> anyhow::Result<Outcome> 
         components: graph.components(),
         cycles: graph.cycles(),
         min_clearance_m: graph.min_clearance(),
-        crossings: crossings(&graph),
+        crossings: graph.crossings(),
         below_radius: graph.arcs.iter().filter(|arc| arc.clearance < radius).count(),
         elapsed_ms,
         ours: beside,
@@ -70,16 +74,17 @@ pub(super) fn run(args: &GraphArgs, output: &Output) -> anyhow::Result<Outcome> 
     Ok(Outcome::Done)
 }
 
-/// Arcs that touch or cross a cell that is not free.
-fn crossings(graph: &VoronoiGraph) -> usize {
-    graph.arcs.iter().filter(|arc| arc.clearance <= 0.0).count()
+/// The default pipeline: complete, every arc certified.
+fn ours(map: &OccupancyMap, radius: f64) -> anyhow::Result<VoronoiGraph> {
+    let params = GraphParams { radius, ..GraphParams::default() };
+    Ok(VoronoiGraph::build(&FreeSpace::from_map(map), &params)?)
 }
 
 fn beside(graph: &VoronoiGraph) -> Beside {
     Beside {
         nodes: graph.nodes.len(),
         arcs: graph.arcs.len(),
-        crossings: crossings(graph),
+        crossings: graph.crossings(),
         min_clearance_m: graph.min_clearance(),
     }
 }

@@ -13,6 +13,14 @@ fn refused(run: &Run, words: &[&str]) {
     }
 }
 
+/// A map's YAML with this image and resolution.
+fn yaml(image: &str, resolution: &str) -> String {
+    format!(
+        "image: {image}\nresolution: {resolution}\norigin: [0, 0, 0]\nnegate: 0\n\
+         occupied_thresh: 0.65\nfree_thresh: 0.196\n"
+    )
+}
+
 #[test]
 fn maps_that_cannot_be_used_are_named_with_place_and_expectation() {
     let folder = tempfile::tempdir().unwrap();
@@ -28,13 +36,13 @@ fn maps_that_cannot_be_used_are_named_with_place_and_expectation() {
         &["none.yaml"],
     );
     refused(&graph("image: [\n"), &["map.yaml"]);
-    refused(&graph("image: m.pgm\nresolution: nan\norigin: [0, 0, 0]\n"), &["map.yaml", "resolution"]);
+    refused(&graph(&yaml("m.pgm", ".nan")), &["map.yaml", "resolution"]);
     refused(
-        &graph("image: /etc/passwd\nresolution: 0.05\norigin: [0, 0, 0]\n"),
+        &graph(&yaml("/etc/passwd", "0.05")),
         &["map.yaml", "folder"],
     );
     std::fs::write(folder.path().join("m.pgm"), "P5 1000000 1000000 255\n").unwrap();
-    refused(&graph("image: m.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n"), &["m.pgm"]);
+    refused(&graph(&yaml("m.pgm", "0.05")), &["m.pgm"]);
     assert!(!out.exists(), "nothing is half-written");
 }
 
@@ -42,11 +50,25 @@ fn maps_that_cannot_be_used_are_named_with_place_and_expectation() {
 fn numbers_out_of_range_are_refused_before_any_work() {
     let map = testdata("maps/nav2/TenByTen/TenByTen.yaml");
     for radius in ["-1", "nan", "inf"] {
-        let run = mobot(arguments!["graph", &map, format!("--radius={radius}"), "-o", "/none/g"]);
-        refused(&run, &["--radius", radius]);
+        let run = mobot(arguments![
+            "graph",
+            &map,
+            format!("--radius={radius}"),
+            "-o",
+            "/none/g"
+        ]);
+        refused(&run, &["--radius", "0 m or more"]);
     }
-    let run =
-        mobot(arguments!["graph", &map, "--radius", "1", "-o", "/none/g", "--picture", "p.gif"]);
+    let run = mobot(arguments![
+        "graph",
+        &map,
+        "--radius",
+        "1",
+        "-o",
+        "/none/g",
+        "--picture",
+        "p.gif"
+    ]);
     refused(&run, &["p.gif", ".svg", ".png"]);
 }
 
@@ -57,11 +79,24 @@ fn tables_are_refused_with_line_and_column() {
     let file = folder.path().join("t.csv");
     let plan = |text: &str| {
         std::fs::write(&file, text).unwrap();
-        mobot(arguments!["plan", &map, "--radius", "1", "--queries", &file])
+        mobot(arguments![
+            "plan",
+            &map,
+            "--radius",
+            "1",
+            "--queries",
+            &file
+        ])
     };
     refused(&plan("x,y\n"), &["t.csv", "line 1", "x0,y0,x1,y1"]);
-    refused(&plan("x0,y0,x1,y1\n1,2,3\n"), &["t.csv", "line 2", "4 fields", "found 3"]);
-    refused(&plan("x0,y0,x1,y1\n1,2,3,4\n1,2,NaN,4\n"), &["t.csv", "line 3", "x1", "NaN"]);
+    refused(
+        &plan("x0,y0,x1,y1\n1,2,3\n"),
+        &["t.csv", "line 2", "4 fields", "found 3"],
+    );
+    refused(
+        &plan("x0,y0,x1,y1\n1,2,3,4\n1,2,NaN,4\n"),
+        &["t.csv", "line 3", "x1", "NaN"],
+    );
 
     let sensor = testdata("sonar/udacity-robond/sensor.toml");
     let out = folder.path().join("m.yaml");
@@ -71,7 +106,10 @@ fn tables_are_refused_with_line_and_column() {
     };
     let header = "stamp,x,y,theta,bearing,kind,range\n";
     refused(&log("hello\n", &sensor), &["t.csv", "line 1"]);
-    refused(&log(&format!("{header}0,0,0,0,0,ping,1\n"), &sensor), &["t.csv", "line 2", "ping"]);
+    refused(
+        &log(&format!("{header}0,0,0,0,0,ping,1\n"), &sensor),
+        &["t.csv", "line 2", "ping"],
+    );
     let bad_sensor = folder.path().join("s.toml");
     std::fs::write(&bad_sensor, "beam_width = 0.3\nsigma = -1\n").unwrap();
     refused(&log(header, &bad_sensor), &["s.toml", "sigma"]);
@@ -85,7 +123,12 @@ fn graphs_that_cannot_be_used_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let map = testdata("maps/nav2/TenByTen/TenByTen.yaml");
     let file = folder.path().join("g.geojson");
-    for text in ["", "{}", "[1,2]", "{\"type\":\"FeatureCollection\",\"features\":[{}]}"] {
+    for text in [
+        "",
+        "{}",
+        "[1,2]",
+        "{\"type\":\"FeatureCollection\",\"features\":[{}]}",
+    ] {
         std::fs::write(&file, text).unwrap();
         refused(
             &mobot(arguments!["check", &file, &map, "--radius", "0.1"]),
@@ -96,7 +139,14 @@ fn graphs_that_cannot_be_used_are_refused() {
 
 #[test]
 fn names_cannot_reach_the_terminal_as_control_characters() {
-    let run = mobot(arguments!["graph", "no\u{1b}[31mmap.yaml", "--radius", "1", "-o", "g"]);
+    let run = mobot(arguments![
+        "graph",
+        "no\u{1b}[31mmap.yaml",
+        "--radius",
+        "1",
+        "-o",
+        "g"
+    ]);
     assert_eq!(run.status, 2);
     assert!(!run.stderr.contains('\u{1b}'), "{:?}", run.stderr);
 }

@@ -24,19 +24,57 @@ fn a_graph_passes_the_independent_check_and_a_moved_edge_does_not() {
     let graph = folder.path().join("g.geojson");
     let picture = folder.path().join("g.svg");
     let run = mobot(arguments![
-        "graph", intel(), "--radius", "0.2", "-o", &graph, "--picture", &picture, "--json"
+        "graph",
+        intel(),
+        "--radius",
+        "0.2",
+        "-o",
+        &graph,
+        "--picture",
+        &picture,
+        "--json"
     ]);
     assert_eq!(run.status, 0, "{}", run.stderr);
     let answer = run.json();
-    keys(&answer, &["nodes", "arcs", "components", "cycles", "min_clearance_m", "elapsed_ms"]);
-    assert!(answer["min_clearance_m"].as_f64().unwrap() >= 0.2 - 1e-9, "{answer}");
-    assert!(std::fs::read_to_string(&picture).unwrap().contains("<polyline"));
+    keys(
+        &answer,
+        &[
+            "nodes",
+            "arcs",
+            "components",
+            "cycles",
+            "min_clearance_m",
+            "elapsed_ms",
+        ],
+    );
+    assert!(
+        answer["min_clearance_m"].as_f64().unwrap() >= 0.2 - 1e-9,
+        "{answer}"
+    );
+    assert!(
+        std::fs::read_to_string(&picture)
+            .unwrap()
+            .contains("<polyline")
+    );
 
-    let run = mobot(arguments!["check", &graph, intel(), "--radius", "0.2", "--json"]);
+    let run = mobot(arguments![
+        "check",
+        &graph,
+        intel(),
+        "--radius",
+        "0.2",
+        "--json"
+    ]);
     assert_eq!(run.status, 0, "{}", run.stdout);
     let report = run.json();
-    keys(&report, &["edges", "violations", "min_clearance_m", "worst_edge"]);
-    assert_eq!(report["edges"].as_u64(), answer["arcs"].as_u64().map(|arcs| 2 * arcs));
+    keys(
+        &report,
+        &["edges", "violations", "min_clearance_m", "worst_edge"],
+    );
+    assert_eq!(
+        report["edges"].as_u64(),
+        answer["arcs"].as_u64().map(|arcs| 2 * arcs)
+    );
 
     let text = std::fs::read_to_string(&graph).unwrap();
     let mut moved: Value = serde_json::from_str(&text).unwrap();
@@ -48,12 +86,23 @@ fn a_graph_passes_the_independent_check_and_a_moved_edge_does_not() {
         .unwrap();
     let id = edge["properties"]["id"].clone();
     let line = &mut edge["geometry"]["coordinates"];
-    let line = if line[0][0].is_array() { &mut line[0] } else { line };
+    let line = if line[0][0].is_array() {
+        &mut line[0]
+    } else {
+        line
+    };
     let middle = line.as_array().unwrap().len() / 2;
     line[middle] = serde_json::json!([-5.0, -5.0]);
     let planted = folder.path().join("planted.geojson");
     std::fs::write(&planted, moved.to_string()).unwrap();
-    let run = mobot(arguments!["check", &planted, intel(), "--radius", "0.2", "--json"]);
+    let run = mobot(arguments![
+        "check",
+        &planted,
+        intel(),
+        "--radius",
+        "0.2",
+        "--json"
+    ]);
     assert_eq!(run.status, 1);
     assert_eq!(run.json()["violations"][0]["id"], id);
 }
@@ -63,7 +112,14 @@ fn the_papers_chain_counts_its_crossings_beside_ours() {
     let folder = tempfile::tempdir().unwrap();
     let graph = folder.path().join("paper.geojson");
     let run = mobot(arguments![
-        "graph", intel(), "--radius", "0.2", "-o", &graph, "--paper", "--json"
+        "graph",
+        intel(),
+        "--radius",
+        "0.2",
+        "-o",
+        &graph,
+        "--paper",
+        "--json"
     ]);
     assert_eq!(run.status, 0, "{}", run.stderr);
     let answer = run.json();
@@ -77,8 +133,17 @@ fn a_route_starts_and_ends_where_it_was_asked_to() {
     let picture = folder.path().join("route.png");
     let floor = testdata("maps/utexas_gdc/real-3/3.yaml");
     let run = mobot(arguments![
-        "plan", &floor, "--radius", "0.25", "--from", "-54,-10", "--to", "-24,32", "--picture",
-        &picture, "--json"
+        "plan",
+        &floor,
+        "--radius",
+        "0.25",
+        "--from",
+        "-54,-10",
+        "--to",
+        "-24,32",
+        "--picture",
+        &picture,
+        "--json"
     ]);
     assert_eq!(run.status, 0, "{}", run.stderr);
     let answer = run.json();
@@ -87,10 +152,14 @@ fn a_route_starts_and_ends_where_it_was_asked_to() {
     assert_eq!(points[0], serde_json::json!([-54.0, -10.0]));
     assert_eq!(points[points.len() - 1], serde_json::json!([-24.0, 32.0]));
     assert!(answer["clearance_m"].as_f64().unwrap() >= 0.25 - 1e-9);
-    let xy: Vec<[f64; 2]> =
-        points.iter().map(|p| [p[0].as_f64().unwrap(), p[1].as_f64().unwrap()]).collect();
-    let length: f64 =
-        xy.windows(2).map(|w| (w[1][0] - w[0][0]).hypot(w[1][1] - w[0][1])).sum();
+    let xy: Vec<[f64; 2]> = points
+        .iter()
+        .map(|p| [p[0].as_f64().unwrap(), p[1].as_f64().unwrap()])
+        .collect();
+    let length: f64 = xy
+        .windows(2)
+        .map(|w| (w[1][0] - w[0][0]).hypot(w[1][1] - w[0][1]))
+        .sum();
     assert!((length - answer["length_m"].as_f64().unwrap()).abs() < 1e-6);
     assert_eq!(std::fs::read(&picture).unwrap()[..4], *b"\x89PNG");
 }
@@ -100,13 +169,30 @@ fn many_queries_are_answered_in_order_from_a_saved_graph_too() {
     let folder = tempfile::tempdir().unwrap();
     let graph = folder.path().join("g.geojson");
     let queries = folder.path().join("q.csv");
-    let made = mobot(arguments!["graph", intel(), "--radius", "0.2", "-o", &graph]);
+    let made = mobot(arguments![
+        "graph",
+        intel(),
+        "--radius",
+        "0.2",
+        "-o",
+        &graph
+    ]);
     assert_eq!(made.status, 0, "{}", made.stderr);
-    std::fs::write(&queries, "x0,y0,x1,y1\n30,30,31,31\n-5,0,1,1\n0.05,0.05,30,30\n").unwrap();
+    std::fs::write(
+        &queries,
+        "x0,y0,x1,y1\n30,30,31,31\n-5,0,1,1\n0.05,0.05,30,30\n",
+    )
+    .unwrap();
     let arguments = arguments!["plan", intel(), "--radius", "0.2", "--queries", &queries];
     let fresh = mobot(arguments.clone());
     let saved = mobot(arguments.into_iter().chain(arguments!["--graph", &graph]));
-    assert_eq!((fresh.status, saved.status), (0, 0), "{}{}", fresh.stderr, saved.stderr);
+    assert_eq!(
+        (fresh.status, saved.status),
+        (0, 0),
+        "{}{}",
+        fresh.stderr,
+        saved.stderr
+    );
     assert_eq!(fresh.stdout, saved.stdout);
     let statuses: Vec<Value> = fresh
         .stdout
@@ -131,14 +217,32 @@ fn cleaning_leaves_a_picture_a_stage() {
         let answer = run.json();
         let stages = answer["stages"].as_array().unwrap();
         let names: Vec<&str> = stages.iter().map(|s| s["name"].as_str().unwrap()).collect();
-        assert_eq!(names, ["binary", "opened", "filled", "closed", "grown", "skeleton"]);
+        assert_eq!(
+            names,
+            ["binary", "opened", "filled", "closed", "grown", "skeleton"]
+        );
         for stage in stages {
             keys(
                 stage,
-                &["name", "free_cells", "free_components", "holes", "removed", "added"],
+                &[
+                    "name",
+                    "free_cells",
+                    "free_components",
+                    "holes",
+                    "removed",
+                    "added",
+                ],
             );
-            assert!(folder.path().join(stage["picture"].as_str().unwrap()).is_file());
-            assert!(paper || stage["added"] == 0, "the default never adds free cells: {stage}");
+            assert!(
+                folder
+                    .path()
+                    .join(stage["picture"].as_str().unwrap())
+                    .is_file()
+            );
+            assert!(
+                paper || stage["added"] == 0,
+                "the default never adds free cells: {stage}"
+            );
         }
     }
 }
@@ -150,14 +254,30 @@ fn a_sonar_log_becomes_a_map_that_plans_and_explains_itself() {
     let log = testdata("sonar/udacity-robond/log.csv");
     let sensor = testdata("sonar/udacity-robond/sensor.toml");
     let run = mobot(arguments![
-        "map", &log, "--sensor", &sensor, "--resolution", "0.1", "-o", &map, "--json"
+        "map",
+        &log,
+        "--sensor",
+        &sensor,
+        "--resolution",
+        "0.1",
+        "-o",
+        &map,
+        "--json"
     ]);
     assert_eq!(run.status, 0, "{}", run.stderr);
     let answer = run.json();
     let readings = &answer["readings"];
     keys(readings, &["echo", "no_echo", "too_close", "fault"]);
-    let total: u64 = readings.as_object().unwrap().values().map(|v| v.as_u64().unwrap()).sum();
-    assert_eq!(total as usize, std::fs::read_to_string(&log).unwrap().lines().count() - 1);
+    let total: u64 = readings
+        .as_object()
+        .unwrap()
+        .values()
+        .map(|v| v.as_u64().unwrap())
+        .sum();
+    assert_eq!(
+        total as usize,
+        std::fs::read_to_string(&log).unwrap().lines().count() - 1
+    );
     for key in ["free", "occupied", "unknown"] {
         assert!(answer["cells"][key].as_u64().unwrap() > 100, "{answer}");
     }
@@ -167,7 +287,10 @@ fn a_sonar_log_becomes_a_map_that_plans_and_explains_itself() {
     assert_eq!(run.status, 0, "{}", run.stderr);
     let why = run.json();
     assert!(why["readings"].as_u64().unwrap() > 0);
-    assert!(why.get("saved_log_odds").is_none(), "the readings add up to the map: {why}");
+    assert!(
+        why.get("saved_log_odds").is_none(),
+        "the readings add up to the map: {why}"
+    );
 
     let run = mobot(arguments![
         "plan", &map, "--radius", "0.15", "--from", "0.5,0", "--to", "3,0", "--json"

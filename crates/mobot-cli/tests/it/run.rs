@@ -15,7 +15,13 @@ pub(crate) struct Run {
 impl Run {
     /// The one JSON object on stdout.
     pub(crate) fn json(&self) -> Value {
-        assert_eq!(self.stdout.lines().count(), 1, "one line: {}{}", self.stdout, self.stderr);
+        assert_eq!(
+            self.stdout.lines().count(),
+            1,
+            "one line: {}{}",
+            self.stdout,
+            self.stderr
+        );
         serde_json::from_str(&self.stdout).expect("JSON")
     }
 }
@@ -35,7 +41,9 @@ pub(crate) fn mobot<S: AsRef<std::ffi::OsStr>>(arguments: impl IntoIterator<Item
 
 /// A file of the workspace's test data.
 pub(crate) fn testdata(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../testdata").join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../testdata")
+        .join(name)
 }
 
 /// Arguments from strings and paths alike.
