@@ -16,6 +16,7 @@
 //! 3. from both, the evidence for each cell: passed, hit, or nothing.
 
 mod beam;
+mod lattice;
 mod params;
 mod rays;
 
@@ -23,21 +24,24 @@ use thiserror::Error;
 
 use crate::explain::{contribution, sort_by_strength};
 use crate::{
-    Cell, Contribution, GridError, MapFrame, OccupancyGrid, Shot, SonarModel, SonarModelError,
+    Cell, Contribution, FrameError, GridError, OccupancyGrid, Shot, SonarModel, SonarModelError,
 };
 
-use beam::{PARTS, Scratch};
+use beam::Scratch;
+use lattice::Lattice;
 pub use params::RefineParams;
 use rays::Ray;
 
 /// Strongest belief that one shot may hold about its own arc or about what is in its way [log-odds].
-const BELIEF_LIMIT: f64 = 3.0;
+const BELIEF_LIMIT: f64 = 6.0;
 /// Beliefs of single cells count up to here when the parts of an arc are compared [log-odds].
 const CELL_LIMIT: f32 = 4.0;
 /// Share of a shot's last hidden state that stays in the next pass: keeps pairs of shots from swinging.
 const DAMPING: f64 = 0.3;
-/// Weight below which a place does not count as touched [log-odds].
-const TOUCHED: f64 = 4.0;
+/// Slope at which evidence for free counts, from the doubt up to its full value.
+const RAMP: f64 = 8.0;
+/// Slope of what is left of doubtful evidence: keeps its order.
+const GUESS: f64 = 0.05;
 
 /// Why a refinement was refused.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -61,14 +65,17 @@ pub enum RefineError {
     /// The grid or a shot is not usable.
     #[error(transparent)]
     Grid(#[from] GridError),
+    /// The frame is not usable.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
 }
 
 /// The map that explains a whole log at once, on the frame of the plain one: log-odds, 0 = nothing known.
 ///
 /// The result does not depend on the order of the shots, nor on what `plain` holds: only its frame counts.
 /// Readings that are no evidence under the model are left out. Time: at most [`RefineParams::max_visits`]
-/// visits of shots to cells, each pass linear in the area of all beams; memory: 24 bytes a cell and about 150
-/// bytes a shot.
+/// visits of shots to cells, each pass linear in the area of all beams; memory: 24 bytes a cell of the working
+/// lattice, whose cells are about 5 cm where the map's are larger, and about 150 bytes a shot.
 ///
 /// # Errors
 /// [`RefineError`]
@@ -85,6 +92,9 @@ pub fn refine(
 #[derive(Debug, Clone)]
 pub struct Refinement {
     grid: OccupancyGrid,
+    lattice: Lattice,
+    /// Evidence on the fine lattice.
+    sums: Vec<f64>,
     model: SonarModel,
     params: RefineParams,
     rays: Vec<Ray>,
@@ -105,9 +115,11 @@ impl Refinement {
         params.validate()?;
         model.validate()?;
         let frame = *plain.frame();
-        let mut rays = rays::prepare(shots, model, params, frame.resolution())?;
-        let mut scratch = Scratch::new(frame, model, params);
-        let mut sums = vec![0.0_f64; frame.cell_count()];
+        let lattice = Lattice::new(&frame, plain.limits())?;
+        let fine = lattice.fine;
+        let mut rays = rays::prepare(shots, model, params, fine.resolution())?;
+        let mut scratch = Scratch::new(fine, model, params);
+        let mut sums = vec![0.0_f64; fine.cell_count()];
         for _ in 0..params.iterations {
             let mut next = vec![0.0_f64; sums.len()];
             for ray in &mut rays {
@@ -115,10 +127,16 @@ impl Refinement {
             }
             sums = next;
         }
-        let log_odds = sums.iter().map(|&sum| finish(sum, params)).collect();
+        let cells = (0..frame.height())
+            .flat_map(|row| (0..frame.width()).map(move |col| Cell { col, row }));
+        let log_odds = cells
+            .map(|cell| finish(lattice.evidence(&sums, cell), params))
+            .collect();
         let grid = OccupancyGrid::from_log_odds(frame, log_odds)?.with_limits(plain.limits());
         Ok(Self {
             grid,
+            lattice,
+            sums,
             model: *model,
             params: *params,
             rays,
@@ -149,8 +167,17 @@ impl Refinement {
         trust
     }
 
-    /// What every shot gives to a cell of the refined map, strongest first. The contributions add up to the
-    /// cell's log-odds less [`RefineParams::caution`], to rounding. Time: as one pass.
+    /// The evidence for a cell [log-odds], before [`RefineParams::doubt`] and the gains turned it into the map's.
+    ///
+    /// # Panics
+    /// If the cell is outside the grid.
+    #[must_use]
+    pub fn evidence(&self, cell: Cell) -> f64 {
+        self.lattice.evidence(&self.sums, cell)
+    }
+
+    /// What every shot gives to a cell, strongest first: its share of [`Self::evidence`], to rounding. Time: as
+    /// one pass.
     ///
     /// # Panics
     /// If the cell is outside the grid.
@@ -163,18 +190,18 @@ impl Refinement {
             cell.col,
             cell.row
         );
-        let index = frame.index(cell) as u32;
-        let mut scratch = Scratch::new(*frame, &self.model, &self.params);
+        let parts = self.lattice.strongest(&self.sums, cell);
+        let mut scratch = Scratch::new(self.lattice.fine, &self.model, &self.params);
         let mut found = Vec::new();
         for ray in &self.rays {
             scratch.collect(ray);
             scratch.cover(&ray.shares);
             let messages = scratch.messages(ray.trust);
             let sum: f64 = messages
-                .filter(|&(at, _)| at == index)
+                .filter(|(at, _)| parts.contains(at))
                 .map(|(_, m)| f64::from(m))
                 .sum();
-            let log_odds = (self.params.gain * ray.weight * sum) as f32;
+            let log_odds = (ray.weight * sum / parts.len() as f64) as f32;
             if log_odds != 0.0 {
                 found.push(contribution(
                     &self.grid,
@@ -224,20 +251,25 @@ fn pass(
     }
 }
 
+/// Log-odds of a cell from the sum of its messages, monotone but for the untouched cells, which stay at 0. Past the
+/// doubt, evidence for free soon counts in full; evidence for occupied only in so far as it exceeds the doubt, for
+/// what is not free is often no wall either (held echoes, the band before a wall). Doubtful places come out just
+/// above 0: not free, and unknown to anyone who asks for more than a guess.
 fn finish(sum: f64, params: &RefineParams) -> f32 {
-    let touched = 1.0 - (-TOUCHED * sum.abs()).exp();
-    (params.gain * sum + params.caution * touched) as f32
-}
-
-/// The cell of a frame that holds a place, as column from the left and row from the top.
-fn index_of(frame: &MapFrame, col: i64, row_up: i64) -> Option<u32> {
-    let (width, height) = (i64::from(frame.width()), i64::from(frame.height()));
-    let inside = col >= 0 && row_up >= 0 && col < width && row_up < height;
-    inside.then(|| ((height - 1 - row_up) * width + col) as u32)
+    let doubt = params.doubt;
+    let log_odds = if sum.abs() <= f64::EPSILON {
+        0.0
+    } else if sum < -doubt {
+        (RAMP * (sum + doubt)).max(params.free_gain * sum)
+    } else {
+        GUESS * (sum.min(doubt) + doubt) + params.occupied_gain * (sum - doubt).max(0.0)
+    };
+    log_odds as f32
 }
 
 #[cfg(test)]
 mod tests {
+    use super::beam::PARTS;
     use super::*;
 
     #[test]

@@ -3,8 +3,9 @@
 use crate::footprint::Footprint;
 use crate::{MapFrame, SonarModel};
 
+use super::RefineParams;
+use super::lattice::index_of;
 use super::rays::Ray;
-use super::{RefineParams, index_of};
 
 /// Parts of an arc that may have reflected, each a surface tangent to the arc at its middle.
 pub(super) const PARTS: usize = 11;

@@ -8,7 +8,7 @@ use super::RefineError;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct RefineParams {
-    /// Passes over the whole log, 1 to 100. More cost time in proportion; little changes past 8.
+    /// Passes over the whole log, 1 to 100. More cost time in proportion; little changes past 6.
     pub iterations: u32,
     /// Share of echoes that come from nothing on their arc (crosstalk, held values), 0.001 to 0.9. Raising
     /// it weakens all evidence.
@@ -45,10 +45,14 @@ pub struct RefineParams {
     pub same_place: f64,
     /// 1: overlapping shots from one place count as one; 0: as independent.
     pub redundancy: f64,
-    /// Factor on all evidence, 0.1 to 5.
-    pub gain: f64,
-    /// Log-odds added to every place that has evidence, -2 to 2: above 0, doubtful places are not free.
-    pub caution: f64,
+    /// Places with less evidence than this on either side are doubtful: p = 0.5 to 0.52, not free, and unknown
+    /// to whoever asks for more than a guess; 0 to 5 [log-odds before the gains]. Raising it calls fewer
+    /// walls free, and fewer free places too.
+    pub doubt: f64,
+    /// Factor on evidence for free, 0.1 to 5.
+    pub free_gain: f64,
+    /// Factor on what evidence for occupied exceeds the doubt, 0.1 to 5.
+    pub occupied_gain: f64,
     /// Work allowed, as visits of a shot to a cell, 1e5 to 1e12. A log that needs more is thinned first:
     /// shots alike in place, direction and range become one. A visit takes about 10 ns.
     pub max_visits: f64,
@@ -57,24 +61,25 @@ pub struct RefineParams {
 impl Default for RefineParams {
     fn default() -> Self {
         Self {
-            iterations: 8,
-            false_echoes: 0.1,
-            false_silences: 0.7,
-            passed: 0.04,
-            passed_at_edge: 0.3,
-            passed_in_silence: 0.48,
-            passed_reach: 6.0,
-            hit: 0.88,
-            patch: 0.12,
+            iterations: 6,
+            false_echoes: 0.02,
+            false_silences: 0.4,
+            passed: 0.034,
+            passed_at_edge: 0.42,
+            passed_in_silence: 0.41,
+            passed_reach: 3.9,
+            hit: 0.9,
+            patch: 0.1,
             patch_tail: 0.3,
-            relative_sigma: 0.015,
+            relative_sigma: 0.035,
             late: 0.01,
-            prior: -1.0,
-            blocking: 2.0,
+            prior: -2.5,
+            blocking: 1.0,
             same_place: 0.15,
-            redundancy: 0.9,
-            gain: 1.5,
-            caution: 0.5,
+            redundancy: 0.91,
+            doubt: 0.75,
+            free_gain: 2.4,
+            occupied_gain: 1.0,
             max_visits: 4e8,
         }
     }
@@ -86,7 +91,7 @@ impl RefineParams {
     /// # Errors
     /// [`RefineError::Parameter`] names the first field that is out of range.
     pub fn validate(&self) -> Result<(), RefineError> {
-        let fields: [(&'static str, f64, f64, f64); 19] = [
+        let fields: [(&'static str, f64, f64, f64); 20] = [
             ("iterations", f64::from(self.iterations), 1.0, 100.0),
             ("false_echoes", self.false_echoes, 0.001, 0.9),
             ("false_silences", self.false_silences, 0.001, 0.99),
@@ -103,8 +108,9 @@ impl RefineParams {
             ("blocking", self.blocking, 0.0, 20.0),
             ("same_place", self.same_place, 0.001, 10.0),
             ("redundancy", self.redundancy, 0.0, 1.0),
-            ("gain", self.gain, 0.1, 5.0),
-            ("caution", self.caution, -2.0, 2.0),
+            ("doubt", self.doubt, 0.0, 5.0),
+            ("free_gain", self.free_gain, 0.1, 5.0),
+            ("occupied_gain", self.occupied_gain, 0.1, 5.0),
             ("max_visits", self.max_visits, 1e5, 1e12),
         ];
         match fields
