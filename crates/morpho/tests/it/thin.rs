@@ -84,11 +84,11 @@ fn hostile(random: &mut Random) -> BitImage {
             0 => true,
             1 => border,
             2 => !border,
-            3 => (x + y) % 2 == 0,
-            4 => x / period % 2 == 0 && y / period % 2 == 0,
-            5 => (x + y) / period % 2 == 0,
-            6 => x % (2 * period) < period || y % (3 * period) == 0,
-            _ => x.min(y).min(width - x).min(height - y) / period % 2 == 0,
+            3 => (x + y).is_multiple_of(2),
+            4 => (x / period).is_multiple_of(2) && (y / period).is_multiple_of(2),
+            5 => ((x + y) / period).is_multiple_of(2),
+            6 => x % (2 * period) < period || y.is_multiple_of(3 * period),
+            _ => x.min(y).min(width - x).min(height - y) / period % 2 != 1,
         };
         shape ^ (random.below(100) < noise)
     })
@@ -132,7 +132,9 @@ struct Parts {
 impl Parts {
     fn new(image: &BitImage) -> Self {
         let (width, height) = (image.width() + 2, image.height() + 2);
-        let set = |i: usize| i % width > 0 && i >= width && image.get(i % width - 1, i / width - 1);
+        let set = |i: usize| {
+            !i.is_multiple_of(width) && i >= width && image.get(i % width - 1, i / width - 1)
+        };
         let mut parts = Self {
             width,
             of: vec![usize::MAX; width * height],
