@@ -12,6 +12,7 @@ mod free_space;
 #[cfg(feature = "geojson")]
 pub mod geojson;
 mod graph;
+mod landmarks;
 mod lattice;
 mod pack;
 mod paper;

@@ -7,6 +7,7 @@ use std::collections::BinaryHeap;
 use occgrid::{GridPoint, MapFrame};
 use petgraph::unionfind::UnionFind;
 
+use crate::landmarks::{Distances, Landmarks, lower_bound};
 use crate::square::squared_distance;
 use crate::{ClearanceField, VoronoiGraph};
 
@@ -49,6 +50,7 @@ pub(crate) struct Roadmap {
     vertices: Vec<GridPoint>,
     /// Length from the start of its arc to each vertex.
     along: Vec<f64>,
+    landmarks: Landmarks,
 }
 
 /// A way over the roadmap.
@@ -68,14 +70,22 @@ pub(crate) struct Leg {
     pub(crate) to: u32,
 }
 
+/// Where a search is going.
+struct Target {
+    point: GridPoint,
+    distances: Distances,
+}
+
 /// Memory that searches reuse, and the penalties of the present query.
 #[derive(Debug, Default)]
 pub(crate) struct Scratch {
     generation: u32,
     stamp: Vec<u32>,
     cost: Vec<f32>,
+    /// Lower bound of what remains.
+    ahead: Vec<f32>,
     came: Vec<u32>,
-    heap: BinaryHeap<(Reverse<u32>, Reverse<u32>)>,
+    heap: BinaryHeap<Reverse<(u64, u32)>>,
     penalty: Vec<f32>,
     penalised: Vec<u32>,
 }
@@ -103,6 +113,7 @@ impl Roadmap {
             tracks: Vec::new(),
             vertices: Vec::new(),
             along: Vec::new(),
+            landmarks: Landmarks::default(),
             nodes,
         };
         let mut has_arc = vec![false; road.nodes.len()];
@@ -131,6 +142,8 @@ impl Roadmap {
             }
         }
         road.connect();
+        let edges_of = |node: u32| road.edges_of(node).map(|(_, edge)| (edge.to, edge.cost));
+        road.landmarks = Landmarks::new(road.nodes.len(), road.in_largest_part(), edges_of);
         road
     }
 
@@ -223,6 +236,22 @@ impl Roadmap {
             })
     }
 
+    /// A node of the component that has the most.
+    fn in_largest_part(&self) -> u32 {
+        let mut size = vec![0_u32; self.nodes.len()];
+        for &part in &self.component {
+            size[part as usize] += 1;
+        }
+        let largest = (0..size.len()).max_by_key(|&part| size[part]);
+        largest.unwrap_or(0) as u32
+    }
+
+    /// The edges at a node, with their indices.
+    fn edges_of(&self, node: u32) -> impl Iterator<Item = (u32, &Edge)> + '_ {
+        let (first, after) = (self.rows[node as usize], self.rows[node as usize + 1]);
+        (first..after).zip(&self.edges[first as usize..after as usize])
+    }
+
     /// How many nodes there are; components are numbered below it.
     pub(crate) fn node_count(&self) -> usize {
         self.nodes.len()
@@ -275,12 +304,13 @@ impl Roadmap {
     }
 
     /// The shortest way between two spots under the scratch's penalties. O(E log V) in the part of the
-    /// roadmap nearer than the goal.
+    /// roadmap where the landmarks leave the way open.
     pub(crate) fn search(&self, from: Spot, to: Spot, scratch: &mut Scratch) -> Option<Way> {
+        if self.component(from) != self.component(to) {
+            return None;
+        }
         let start = &self.tracks[from.arc as usize];
         let goal = &self.tracks[to.arc as usize];
-        let factor =
-            |track: u32, s: &Scratch| s.penalty.get(track as usize).copied().unwrap_or(1.0);
         let (at, end) = (
             self.along[from.vertex as usize],
             self.along[to.vertex as usize],
@@ -288,51 +318,61 @@ impl Roadmap {
         let mut best = f32::INFINITY;
         let mut best_end = None;
         if from.arc == to.arc {
-            best = (at - end).abs() as f32 * factor(from.arc, scratch);
+            best = (at - end).abs() as f32 * scratch.factor(from.arc);
         }
-        let target = self.vertices[to.vertex as usize];
+        let before = (goal.ends[0], end as f32);
+        let after = (goal.ends[1], (goal.length - end) as f32);
+        let target = Target {
+            point: self.vertices[to.vertex as usize],
+            distances: self.landmarks.between(before, after),
+        };
         scratch.begin(self.nodes.len());
-        let weight = factor(from.arc, scratch);
+        let weight = scratch.factor(from.arc);
         for (node, cost) in [(start.ends[0], at), (start.ends[1], start.length - at)] {
-            self.reach(node, cost as f32 * weight, SEED, target, scratch);
+            self.reach(node, cost as f32 * weight, SEED, &target, scratch);
         }
-        let weight = factor(to.arc, scratch);
-        let last = [end as f32 * weight, (goal.length - end) as f32 * weight];
-        while let Some((Reverse(key), Reverse(node))) = scratch.heap.pop() {
-            if f32::from_bits(key) >= best {
+        let weight = scratch.factor(to.arc);
+        while let Some(Reverse((key, node))) = scratch.heap.pop() {
+            let total = f32::from_bits((key >> 32) as u32);
+            if total >= best {
                 break;
             }
-            let cost = scratch.cost[node as usize];
-            if key > priority(cost, self.nodes[node as usize], target) {
+            let n = node as usize;
+            let cost = scratch.cost[n];
+            if total > cost + scratch.ahead[n] {
                 continue;
             }
-            for (side, extra) in last.into_iter().enumerate() {
-                if goal.ends[side] == node && cost + extra < best {
-                    best = cost + extra;
+            for (side, (end, extra)) in [before, after].into_iter().enumerate() {
+                if end == node && cost + extra * weight < best {
+                    best = cost + extra * weight;
                     best_end = Some((node, side));
                 }
             }
-            let (first, after) = (self.rows[node as usize], self.rows[node as usize + 1]);
-            for e in first..after {
-                let edge = self.edges[e as usize];
-                let factor = factor(edge.track, scratch);
-                self.reach(edge.to, cost + edge.cost * factor, e, target, scratch);
+            for (index, edge) in self.edges_of(node) {
+                let there = cost + edge.cost * scratch.factor(edge.track);
+                self.reach(edge.to, there, index, &target, scratch);
             }
         }
         best.is_finite()
             .then(|| self.way(from, to, best_end, scratch))
     }
 
-    fn reach(&self, node: u32, cost: f32, came: u32, target: GridPoint, scratch: &mut Scratch) {
+    fn reach(&self, node: u32, cost: f32, came: u32, target: &Target, scratch: &mut Scratch) {
         let n = node as usize;
-        if scratch.stamp[n] == scratch.generation && scratch.cost[n] <= cost {
+        if scratch.stamp[n] != scratch.generation {
+            let straight = squared_distance(self.nodes[n], target.point).sqrt() as f32;
+            let bound = lower_bound(self.landmarks.of(node), &target.distances);
+            scratch.ahead[n] = straight.max(bound);
+            scratch.stamp[n] = scratch.generation;
+        } else if scratch.cost[n] <= cost {
             return;
         }
-        scratch.stamp[n] = scratch.generation;
         scratch.cost[n] = cost;
         scratch.came[n] = came;
-        let key = priority(cost, self.nodes[n], target);
-        scratch.heap.push((Reverse(key), Reverse(node)));
+        // non-negative floats order as their bits do; of equals the one nearer to the goal comes first
+        let ahead = scratch.ahead[n];
+        let key = u64::from((cost + ahead).to_bits()) << 32 | u64::from(ahead.to_bits());
+        scratch.heap.push(Reverse((key, node)));
     }
 
     fn way(&self, from: Spot, to: Spot, end: Option<(u32, usize)>, scratch: &Scratch) -> Way {
@@ -386,11 +426,16 @@ impl Scratch {
         if self.stamp.len() != nodes || self.generation == u32::MAX {
             self.stamp = vec![0; nodes];
             self.cost = vec![0.0; nodes];
+            self.ahead = vec![0.0; nodes];
             self.came = vec![SEED; nodes];
             self.generation = 0;
         }
         self.generation += 1;
         self.heap.clear();
+    }
+
+    fn factor(&self, track: u32) -> f32 {
+        self.penalty.get(track as usize).copied().unwrap_or(1.0)
     }
 
     /// Makes the arcs of a way dearer by a factor for the searches to come.
@@ -411,11 +456,6 @@ impl Scratch {
             self.penalty[track as usize] = 1.0;
         }
     }
-}
-
-/// The A* key: the bits of a non-negative float, which order as it does.
-fn priority(cost: f32, at: GridPoint, target: GridPoint) -> u32 {
-    (cost + squared_distance(at, target).sqrt() as f32).to_bits()
 }
 
 /// A point on a cell's centre to within rounding, exactly on it.

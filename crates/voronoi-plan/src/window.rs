@@ -95,13 +95,30 @@ fn octile(a: Cell, b: Cell) -> u32 {
     diagonal * STEP_COST[1] + (dc.max(dr) - diagonal) * STEP_COST[0]
 }
 
-/// The shortest way between two cells inside a window, if it costs less than `limit`. O(n log n) in the
-/// cells of the window.
+/// How far a search goes.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Limits {
+    /// Only ways that cost less than this are of interest.
+    pub(crate) cost: u32,
+    /// Cells to expand at most.
+    pub(crate) cells: usize,
+}
+
+impl Limits {
+    /// To the end.
+    pub(crate) const NONE: Self = Self {
+        cost: u32::MAX,
+        cells: usize::MAX,
+    };
+}
+
+/// The shortest way between two cells inside a window, if there is one within the limits. O(n log n) in
+/// the cells of the window.
 pub(crate) fn search(
     lattice: &Lattice<'_>,
     window: Window,
     (from, to): (Cell, Cell),
-    limit: u32,
+    limits: Limits,
     scratch: &mut WindowScratch,
 ) -> Option<Vec<Cell>> {
     if !(window.holds(from) && window.holds(to) && lattice.has(from) && lattice.has(to)) {
@@ -115,8 +132,9 @@ pub(crate) fn search(
     heap.clear();
     cost[window.index(from)] = 0;
     heap.push(Reverse((octile(from, to), window.index(from) as u32)));
+    let mut left = limits.cells;
     while let Some(Reverse((key, index))) = heap.pop() {
-        if key >= limit {
+        if key >= limits.cost {
             return None;
         }
         let cell = window.cell(index as usize);
@@ -127,6 +145,7 @@ pub(crate) fn search(
         if cell == to {
             return Some(walk_back(window, (from, to), came));
         }
+        left = left.checked_sub(1)?;
         for (step, other) in steps_from(cell, window) {
             let there = window.index(other);
             let next = here + STEP_COST[usize::from(step % 2)];
