@@ -1,23 +1,22 @@
 //! Certificates: the exact clearance of every arc, rounded down.
 
-use occgrid::{Cell, GridPoint, MapFrame, Point2};
+use occgrid::{Cell, GridPoint, MapFrame};
 
 use crate::clearance::claim;
 use crate::draft::{Trace, TraceArc};
 use crate::lattice::Lattice;
-use crate::{Arc, ClearanceField, Node, VoronoiGraph};
+use crate::nearest::nearest;
+use crate::{Arc, Node, VoronoiGraph};
 
 /// The graph of a trace whose every link is in the lattice.
 pub(crate) fn certify(
     trace: Trace,
     frame: &MapFrame,
-    field: &ClearanceField,
     lattice: &Lattice<'_>,
     radius: f64,
 ) -> VoronoiGraph {
     let certifier = Certifier {
         frame,
-        field,
         lattice,
         radius,
     };
@@ -62,7 +61,6 @@ pub(crate) fn certify(
 
 struct Certifier<'a> {
     frame: &'a MapFrame,
-    field: &'a ClearanceField,
     lattice: &'a Lattice<'a>,
     radius: f64,
 }
@@ -80,7 +78,11 @@ impl Certifier<'_> {
 
     fn arc(&self, arc: &TraceArc) -> Arc {
         let path = &arc.path;
-        let (least, at) = self.bottleneck(path);
+        let clearances: Vec<u32> = path
+            .iter()
+            .map(|&cell| self.lattice.squared_doubled(cell))
+            .collect();
+        let narrowest = self.narrowest(path, &clearances);
         let mut links = [0_u32; 2];
         for pair in path.windows(2) {
             links[usize::from(pair[0].col != pair[1].col && pair[0].row != pair[1].row)] += 1;
@@ -91,37 +93,52 @@ impl Certifier<'_> {
             to: arc.ends[1],
             polyline: path.iter().map(|&c| self.frame.center_of(c)).collect(),
             length: (straight + diagonal * std::f64::consts::SQRT_2) * self.frame.resolution(),
-            clearance: self.claim(least),
-            width_profile: path
+            clearance: self.claim(narrowest.squared_doubled),
+            width_profile: clearances
                 .iter()
-                .map(|&c| round_down(self.metres(self.lattice.squared_doubled(c))))
+                .map(|&clearance| round_down(self.metres(clearance)))
                 .collect(),
-            bottleneck: self.frame.map_from_grid(at),
-            nearest_obstacle: self.obstacle(at),
+            bottleneck: self.frame.map_from_grid(narrowest.at),
+            nearest_obstacle: self.frame.map_from_grid(narrowest.obstacle),
         }
     }
 
-    fn obstacle(&self, at: GridPoint) -> Point2 {
-        self.frame
-            .map_from_grid(self.field.of_segment(at, at).obstacle)
-    }
-
-    /// The least `(2 d)^2` of a path, and where it is: at a cell's centre or midway to the next.
-    fn bottleneck(&self, path: &[Cell]) -> (u32, GridPoint) {
-        let mut least = u32::MAX;
-        let mut narrowest = path[0];
-        for &cell in path {
-            let here = self.lattice.squared_doubled(cell);
-            if here < least {
-                (least, narrowest) = (here, cell);
+    /// Where a path is nearest to a not-free cell: at a cell's centre or midway to the next.
+    fn narrowest(&self, path: &[Cell], clearances: &[u32]) -> Narrowest {
+        let (mut least, mut cell) = (u32::MAX, path[0]);
+        for (&clearance, &at) in clearances.iter().zip(path) {
+            if clearance < least {
+                (least, cell) = (clearance, at);
             }
         }
-        let corner = path.windows(2).find_map(|link| {
-            let here = self.lattice.link_squared_doubled(link[0], link[1]);
-            (here < least).then_some((here, between(link[0], link[1])))
-        });
-        corner.unwrap_or((least, between(narrowest, narrowest)))
+        for (link, ends) in path.windows(2).zip(clearances.windows(2)) {
+            let ends = ends[0].min(ends[1]);
+            if let Some((squared_doubled, obstacle)) = self
+                .lattice
+                .corner_beside(link[0], link[1], ends)
+                .filter(|&(squared_doubled, _)| squared_doubled < least)
+            {
+                return Narrowest {
+                    squared_doubled,
+                    at: between(link[0], link[1]),
+                    obstacle,
+                };
+            }
+        }
+        let at = between(cell, cell);
+        Narrowest {
+            squared_doubled: least,
+            at,
+            obstacle: nearest(self.lattice.free_cells(), cell).point(at),
+        }
     }
+}
+
+/// The narrowest place of a path.
+struct Narrowest {
+    squared_doubled: u32,
+    at: GridPoint,
+    obstacle: GridPoint,
 }
 
 /// The grid point midway between two cells' centres.

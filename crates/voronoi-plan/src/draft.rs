@@ -167,7 +167,7 @@ impl Trace {
         if touching.is_empty() {
             return self;
         }
-        touching.sort_by_key(|&n| {
+        touching.sort_by_cached_key(|&n| {
             let cell = self.nodes[n].cell;
             (std::cmp::Reverse(clearance(cell)), cell.row, cell.col)
         });

@@ -7,10 +7,11 @@
 //! cut by the anti-diagonal through its midpoint: the j-th square beside the link is `sqrt(2) j` away.
 //! With ends no nearer than `m` that is at least `sqrt(m^2 - 1/2)`, so at most one `j` has to be looked at.
 
-use morpho::BitImage;
-use occgrid::Cell;
+use morpho::{BitImage, Border, Element, Pixel, erode};
+use occgrid::{Cell, GridPoint};
 
 use crate::ClearanceField;
+use crate::nearest::nearest;
 use crate::pack::pack;
 
 /// The neighbours of a cell, clockwise from east in image coordinates.
@@ -29,7 +30,7 @@ pub(crate) const STEPS: [(i32, i32); 8] = [
 #[derive(Debug, Clone, Copy)]
 pub struct Lattice<'a> {
     free: &'a BitImage,
-    squared_doubled: &'a [u32],
+    clearances: Clearances<'a>,
     need: u32,
     clear_beside: u32,
 }
@@ -51,7 +52,18 @@ impl<'a> Lattice<'a> {
         let need = ClearanceField::threshold(min);
         Self {
             free,
-            squared_doubled,
+            clearances: Clearances::Field(squared_doubled),
+            need,
+            clear_beside: beside_at_least(need),
+        }
+    }
+
+    /// The same lattice without a field: clearances are looked for where they are asked for. `admissible`
+    /// are the free cells whose `(2 d)^2` is at least `need`.
+    pub(crate) fn by_search(free: &'a BitImage, admissible: &'a BitImage, need: u32) -> Self {
+        Self {
+            free,
+            clearances: Clearances::Search { admissible },
             need,
             clear_beside: beside_at_least(need),
         }
@@ -67,24 +79,31 @@ impl<'a> Lattice<'a> {
     #[must_use]
     pub fn squared_doubled(&self, cell: Cell) -> u32 {
         let (x, y) = (cell.col as usize, cell.row as usize);
-        if x < self.free.width() && y < self.free.height() {
-            self.squared_doubled[y * self.free.width() + x]
-        } else {
-            0
+        if x >= self.free.width() || y >= self.free.height() {
+            return 0;
+        }
+        match self.clearances {
+            Clearances::Field(field) => field[y * self.free.width() + x],
+            Clearances::Search { .. } => nearest(self.free, cell).squared_doubled,
         }
     }
 
     /// Whether the robot may stand at a cell's centre.
     #[must_use]
     pub fn has(&self, cell: Cell) -> bool {
-        self.squared_doubled(cell) >= self.need
+        match self.clearances {
+            Clearances::Field(_) => self.squared_doubled(cell) >= self.need,
+            Clearances::Search { admissible } => {
+                admissible.get(cell.col as usize, cell.row as usize)
+            }
+        }
     }
 
     /// Whether the robot may go straight from one cell's centre to that of an 8-neighbour.
     #[must_use]
     pub fn links(&self, a: Cell, b: Cell) -> bool {
-        let ends = self.squared_doubled(a).min(self.squared_doubled(b));
-        ends >= self.need
+        self.has(a)
+            && self.has(b)
             && (a.col == b.col
                 || a.row == b.row
                 || !self.blocked_beside(a, b, self.clear_beside - 1))
@@ -94,20 +113,25 @@ impl<'a> Lattice<'a> {
     #[must_use]
     pub fn link_squared_doubled(&self, a: Cell, b: Cell) -> u32 {
         let ends = self.squared_doubled(a).min(self.squared_doubled(b));
-        match self.corner_beside(a, b, ends) {
-            Some(j) => 8 * j * j,
-            None => ends,
-        }
+        self.corner_beside(a, b, ends)
+            .map_or(ends, |(squared_doubled, _)| squared_doubled)
     }
 
     /// The cells whose `(2 d)^2` is at least a value.
     pub(crate) fn at_least(&self, squared_doubled: u32) -> BitImage {
-        pack(
-            self.squared_doubled,
-            self.free.width(),
-            self.free.height(),
-            |value| value >= squared_doubled,
-        )
+        match self.clearances {
+            Clearances::Field(field) => {
+                pack(field, self.free.width(), self.free.height(), |value| {
+                    value >= squared_doubled
+                })
+            }
+            Clearances::Search { .. } => erode_to(self.free, squared_doubled),
+        }
+    }
+
+    /// The free cells.
+    pub(crate) const fn free_cells(&self) -> &'a BitImage {
+        self.free
     }
 
     /// The set cells of an image, in raster order.
@@ -150,21 +174,46 @@ impl<'a> Lattice<'a> {
             .map(Some)
     }
 
-    /// The `j` of the not-free square beside a diagonal link that is nearer to the link than its ends,
-    /// whose lesser `(2 d)^2` is `ends`.
-    pub(crate) fn corner_beside(&self, a: Cell, b: Cell, ends: u32) -> Option<u32> {
+    /// The not-free square beside a diagonal link that is nearer to the link than its ends, whose lesser
+    /// `(2 d)^2` is `ends`: its own `(2 d)^2` and its corner nearest to the link.
+    pub(crate) fn corner_beside(&self, a: Cell, b: Cell, ends: u32) -> Option<(u32, GridPoint)> {
         if ends == 0 || a.col == b.col || a.row == b.row {
             return None;
         }
         let j = beside_at_least(ends) - 1;
-        (8 * j * j + 2 >= ends && self.blocked_beside(a, b, j)).then_some(j)
+        if 8 * j * j + 2 < ends {
+            return None;
+        }
+        let side = self
+            .beside(a, b, j)
+            .into_iter()
+            .position(|cell| !self.is_free(cell))?;
+        // along the anti-diagonal from the midpoint, which is a corner of the grid
+        let (col, row) = (f64::from(a.col.max(b.col)), f64::from(a.row.max(b.row)));
+        let falling = (a.col < b.col) == (a.row < b.row);
+        let away = f64::from(j);
+        let (right, down) = match (falling, side) {
+            (true, 0) => (away, -away),
+            (true, _) => (-away, away),
+            (false, 0) => (-away, -away),
+            (false, _) => (away, away),
+        };
+        let corner = GridPoint {
+            col: col + right,
+            row: row + down,
+        };
+        Some((8 * j * j, corner))
     }
 
     /// Whether one of the two `j`-th squares beside a diagonal link is not free.
     fn blocked_beside(&self, a: Cell, b: Cell, j: u32) -> bool {
-        self.beside(a, b, j).into_iter().any(|cell| {
-            cell.is_none_or(|cell| !self.free.get(cell.col as usize, cell.row as usize))
-        })
+        self.beside(a, b, j)
+            .into_iter()
+            .any(|cell| !self.is_free(cell))
+    }
+
+    fn is_free(&self, cell: Option<Cell>) -> bool {
+        cell.is_some_and(|cell| self.free.get(cell.col as usize, cell.row as usize))
     }
 
     /// The two `j`-th squares beside a diagonal link; `None` outside the grid of `u32`.
@@ -187,6 +236,30 @@ impl<'a> Lattice<'a> {
     }
 }
 
+/// Where the clearances of cells come from.
+#[derive(Debug, Clone, Copy)]
+enum Clearances<'a> {
+    /// All of them are known.
+    Field(&'a [u32]),
+    /// They are looked for.
+    Search { admissible: &'a BitImage },
+}
+
+/// The cells whose `(2 d)^2` is at least a value, without a distance transform: what is left when every
+/// square nearer than that is moved over the map.
+pub(crate) fn erode_to(free: &BitImage, squared_doubled: u32) -> BitImage {
+    let reach = (squared_doubled.isqrt() as usize).div_ceil(2);
+    let side = 2 * reach + 1;
+    let edge = |n: usize| (2 * n.abs_diff(reach)).saturating_sub(1);
+    let disc = BitImage::from_fn(side, side, |x, y| {
+        edge(x).pow(2) + edge(y).pow(2) < squared_doubled as usize
+    });
+    match Element::from_mask(&disc, Pixel::new(reach, reach)) {
+        Ok(element) => erode(free, &element, Border::Background),
+        Err(_) => free.clone(),
+    }
+}
+
 /// The least `j >= 1` with `8 j^2 >= squared_doubled`.
 fn beside_at_least(squared_doubled: u32) -> u32 {
     let mut j = (squared_doubled / 8).isqrt();
@@ -194,4 +267,36 @@ fn beside_at_least(squared_doubled: u32) -> u32 {
         j += 1;
     }
     j.max(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::FreeSpace;
+    use occgrid::{MapFrame, Pose2};
+
+    #[test]
+    fn erosion_and_distances_agree() {
+        for seed in 0..200_u64 {
+            let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
+            let (width, height) = ([1, 20, 64, 65, 129][seed as usize % 5], 40);
+            let free = BitImage::from_fn(width, height, |_, _| {
+                state ^= state << 13;
+                state ^= state >> 7;
+                state ^= state << 17;
+                state >> 20 & 255 >= seed % 8
+            });
+            let frame = MapFrame::new(width as u32, height as u32, 1.0, Pose2::default());
+            let space = FreeSpace::new(frame.expect("a frame"), free.clone());
+            let field = ClearanceField::new(&space);
+            let lattice = Lattice::new(&free, &field, 0.0);
+            for value in [1, 2, 3, 9, 10, 11, 18, 25, 26, 100, 101, 225, 400] {
+                assert_eq!(
+                    erode_to(&free, value),
+                    lattice.at_least(value),
+                    "{value} {free:?}"
+                );
+            }
+        }
+    }
 }

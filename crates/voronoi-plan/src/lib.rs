@@ -14,6 +14,7 @@ pub mod geojson;
 mod graph;
 mod landmarks;
 mod lattice;
+mod nearest;
 mod pack;
 mod paper;
 mod plan;
