@@ -39,6 +39,8 @@ pub(super) struct Scratch {
     sigma: f64,
     blanking: f64,
     params: RefineParams,
+    /// Samples along a surface: distance from its middle [m] and weight.
+    profile: Vec<(f64, f32)>,
     entries: Vec<Entry>,
     /// Entry of a cell, or NOWHERE.
     slots: Vec<u32>,
@@ -55,6 +57,7 @@ impl Scratch {
             sigma: model.sigma,
             blanking: model.blanking,
             params: *params,
+            profile: profile(params, frame.resolution()),
             entries: Vec::new(),
             slots: vec![NOWHERE; frame.cell_count()],
             surface: Vec::new(),
@@ -142,24 +145,24 @@ impl Scratch {
     /// Samples one tangent surface, at three ranges, and lists the cells that it covers.
     fn collect_surface(&mut self, ray: &Ray, sigma: f64, part: usize) {
         let p = &self.params;
-        let res = self.frame.resolution();
+        let per_meter = 1.0 / self.frame.resolution();
         let origin = self.frame.origin().inverse();
         let beam = origin.compose(ray.beam);
         let (sin, cos) = (beam.theta + part_offset(part) * 0.5 * self.beam_width).sin_cos();
-        let length = p.patch + 2.0 * p.patch_tail;
-        let steps = (length / (0.7 * res)).ceil().max(1.0) as i64;
         let hit = (p.hit - 0.5) as f32;
         for (offset, weight) in BLUR {
             let range = ray.range + offset * sigma - 0.5 * p.late;
             let mut last = NOWHERE;
-            for step in -steps..=steps {
-                let along = step as f64 / steps as f64 * length;
-                let profile = (-(along.abs() - p.patch).max(0.0) / p.patch_tail).exp() as f32;
+            for &(along, profile) in &self.profile {
                 let (x, y) = (
                     beam.x + range * cos - along * sin,
                     beam.y + range * sin + along * cos,
                 );
-                let cell = [(x / res).floor() as i64, (y / res).floor() as i64];
+                // truncation is the floor of what lies inside the frame
+                if x < 0.0 || y < 0.0 {
+                    continue;
+                }
+                let cell = [(x * per_meter) as i64, (y * per_meter) as i64];
                 let Some(index) = index_of(&self.frame, cell[0], cell[1]) else {
                     continue;
                 };
@@ -259,6 +262,18 @@ impl Scratch {
         }
         ((sum / base).ln(), shares)
     }
+}
+
+/// Samples closer than a cell along a surface: full weight on the patch, then fading.
+fn profile(params: &RefineParams, resolution: f64) -> Vec<(f64, f32)> {
+    let length = params.patch + 2.0 * params.patch_tail;
+    let steps = (length / (0.7 * resolution)).ceil().max(1.0) as i64;
+    let sample = |step: i64| {
+        let along = step as f64 / steps as f64 * length;
+        let past = (along.abs() - params.patch).max(0.0);
+        (along, (-past / params.patch_tail).exp() as f32)
+    };
+    (-steps..=steps).map(sample).collect()
 }
 
 /// Log-odds of a cell by one shot: 0.5 mixed with what the shot says, by its trust.

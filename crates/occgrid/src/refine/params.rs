@@ -54,7 +54,7 @@ pub struct RefineParams {
     /// Factor on what evidence for occupied exceeds the doubt, 0.1 to 5.
     pub occupied_gain: f64,
     /// Work allowed, as visits of a shot to a cell, 1e5 to 1e12. A log that needs more is thinned first:
-    /// shots alike in place, direction and range become one. A visit takes about 10 ns.
+    /// shots alike in place, direction and range become one. A visit takes 10 to 30 ns.
     pub max_visits: f64,
 }
 

@@ -86,6 +86,7 @@ fn simulated(count: u64) -> Vec<Case> {
     (1000..1000 + count).map(case).collect()
 }
 
+#[expect(clippy::print_stdout, reason = "the table of a failing test")]
 fn print(name: &str, s: &Score) {
     println!(
         "{name:24} log-loss {:.3}  walls called free {:4.1} % at recall {:4.1} %  at 75 %: {:4.1} %  at 80 %: {:4.1} %",
@@ -97,6 +98,7 @@ fn print(name: &str, s: &Score) {
     );
 }
 
+#[expect(clippy::print_stdout, reason = "the table of a failing test")]
 /// All maps of some cases, averaged: plain, refined, Nav2, MRPT, paper.
 fn table(name: &str, cases: &[Case], dense: bool) -> [Score; 5] {
     let beam = sensor().beam_width;
