@@ -130,9 +130,11 @@ impl EvidenceTables {
         Some(RangeEvidence {
             table,
             scale,
-            offset,
+            // round numbers halfway between two bins go to the upper one, however they are rounded
+            offset: offset + 1e-7,
             even_squared: even * even,
-            blanking_squared: (self.model.blanking / self.resolution).powi(2),
+            // a cell at this very distance is not nearer, however the distance is rounded
+            blanking_squared: (self.model.blanking * (1.0 - 1e-9) / self.resolution).powi(2),
             reach,
         })
     }

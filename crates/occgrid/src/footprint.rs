@@ -4,6 +4,10 @@ use std::ops::Range;
 
 use crate::{Point2, Pose2};
 
+/// Cone and length are taken this much larger (relative, and in radians), so that centres exactly on the edge are
+/// inside, however their place is rounded.
+const EDGE: f64 = 1e-9;
+
 /// The sector of one beam on the lattice of cells [cells]: cell (i, j) covers `[i, i+1) x [j, j+1)`, i to the
 /// right, j up.
 #[derive(Debug, Clone, Copy)]
@@ -47,14 +51,14 @@ impl Footprint {
             [cos, sin]
         };
         let axis = direction(heading);
-        let right = direction(heading - 0.5 * width);
-        let left = direction(heading + 0.5 * width);
+        let right = direction(heading - 0.5 * width - EDGE);
+        let left = direction(heading + 0.5 * width + EDGE);
         Self {
             apex: [x / resolution, y / resolution],
             axis,
             right,
             left,
-            reach: reach / resolution,
+            reach: reach * (1.0 + EDGE) / resolution,
             axis_slope: axis[0] / axis[1],
             right_slope: right[0] / right[1],
             left_slope: left[0] / left[1],

@@ -1,8 +1,8 @@
 //! The definition of a sonar update as plain code: every cell of a box, one `atan2`, one `exp`, one `ln` each.
 //!
 //! The twin of [`OccupancyGrid::update`](crate::OccupancyGrid::update), which gives the same log-odds bit
-//! for bit, except in cells whose centre lies within 1e-9 rad of the cone's edge (or 1e-9 cells of its end),
-//! and in cells that the beam's axis touches in no more than a corner.
+//! for bit, except where rounding decides: at a distance halfway between two steps of the tabulated range, and
+//! in cells of whose square the beam's axis touches no more than a corner.
 
 use std::f64::consts::PI;
 
@@ -10,6 +10,9 @@ use crate::{Cell, GridPoint, MapFrame, Reading, Shot, SonarModel};
 
 /// Increments are multiples of this [log-odds].
 const QUANTUM: f64 = 1.0 / 1024.0;
+
+/// What lies exactly on an edge is inside, up to this much (relative, and in radians).
+const EDGE: f64 = 1e-9;
 
 /// Steps in which evidence is tabulated over range: from 5 sigma before an echo to 3 behind it, or from the
 /// sonar to the range listened to.
@@ -41,7 +44,7 @@ pub fn update(frame: &MapFrame, log_odds: &mut [f32], model: &SonarModel, shot: 
             let dy = (apex.row - f64::from(row) - 0.5) * frame.resolution();
             let r = (dx * dx + dy * dy).sqrt();
             let off_axis = wrapped(dy.atan2(dx) - heading).abs();
-            let in_cone = off_axis <= 0.5 * model.beam_width && r <= reach;
+            let in_cone = off_axis <= 0.5 * model.beam_width + EDGE && r <= reach * (1.0 + EDGE);
             if in_cone || crosses(apex, end, Cell::new(col, row)) {
                 let index = frame.index(Cell::new(col, row));
                 log_odds[index] += evidence(model, shot.reading, r, frame.resolution());
@@ -53,7 +56,7 @@ pub fn update(frame: &MapFrame, log_odds: &mut [f32], model: &SonarModel, shot: 
 /// Evidence of a reading for a cell of the given size whose centre is at distance `r` from the sonar
 /// [log-odds].
 fn evidence(model: &SonarModel, reading: Reading, r: f64, resolution: f64) -> f32 {
-    if r < model.blanking {
+    if r < model.blanking * (1.0 - EDGE) {
         return 0.0;
     }
     let log_odds = |p: f64| (p / (1.0 - p)).ln();
@@ -62,7 +65,9 @@ fn evidence(model: &SonarModel, reading: Reading, r: f64, resolution: f64) -> f3
             let margin = margin(model, resolution);
             let front = 5.0 * model.sigma + margin;
             let step = (8.0 * model.sigma + 2.0 * margin) / RANGE_STEPS;
-            let k = ((r - range + front) / step).round_ties_even().max(0.0);
+            let k = ((r - range + front) / step + 1e-7)
+                .round_ties_even()
+                .max(0.0);
             if k > RANGE_STEPS {
                 return 0.0;
             }
@@ -78,7 +83,7 @@ fn evidence(model: &SonarModel, reading: Reading, r: f64, resolution: f64) -> f3
         }
         Reading::NoEcho { listened } => {
             let listened = listened.min(model.max_range);
-            let k = (r / (listened / RANGE_STEPS)).round_ties_even();
+            let k = (r / (listened / RANGE_STEPS) + 1e-7).round_ties_even();
             log_odds(model.occupancy_no_echo(k / RANGE_STEPS, 1.0))
         }
         Reading::TooClose | Reading::Fault => 0.0,
