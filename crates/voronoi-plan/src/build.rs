@@ -5,7 +5,7 @@ use thiserror::Error;
 
 use crate::bridge::bridge;
 use crate::certify::certify;
-use crate::lattice::{Lattice, erode_to};
+use crate::lattice::Lattice;
 use crate::prune::{Prune, prune_covered};
 use crate::skeleton::trace;
 use crate::{ClearanceField, FreeSpace, VoronoiGraph};
@@ -58,14 +58,8 @@ impl VoronoiGraph {
     /// # Errors
     /// [`BuildError::Radius`] where the radius is negative or not finite.
     pub fn build(space: &FreeSpace, params: &GraphParams) -> Result<Self, BuildError> {
-        let radius = checked_radius(params)?;
-        let need = ClearanceField::threshold(radius / space.frame().resolution());
-        if need > SEARCH_AT_MOST {
-            return Self::build_on(space, &ClearanceField::new(space), params);
-        }
-        let admissible = erode_to(space.cells(), need);
-        let lattice = Lattice::by_search(space.cells(), &admissible, need);
-        Ok(roadmap(space, &lattice, params))
+        checked_radius(params)?;
+        Self::build_on(space, &ClearanceField::new(space), params)
     }
 
     /// As [`Self::build`], with the clearance field of `space` at hand: the same graph.
@@ -85,10 +79,6 @@ impl VoronoiGraph {
         Ok(roadmap(space, &lattice, params))
     }
 }
-
-/// The `(2 d)^2` of the robot's radius up to which eroding the map by a disc and looking for the
-/// clearances on the skeleton is cheaper than a distance transform (a radius of 24 cells).
-const SEARCH_AT_MOST: u32 = 48 * 48;
 
 fn roadmap(space: &FreeSpace, lattice: &Lattice<'_>, params: &GraphParams) -> VoronoiGraph {
     let (core, left_out) = foreground(lattice);

@@ -7,11 +7,10 @@
 //! cut by the anti-diagonal through its midpoint: the j-th square beside the link is `sqrt(2) j` away.
 //! With ends no nearer than `m` that is at least `sqrt(m^2 - 1/2)`, so at most one `j` has to be looked at.
 
-use morpho::{BitImage, Border, Element, Pixel, erode};
+use morpho::BitImage;
 use occgrid::{Cell, GridPoint};
 
 use crate::ClearanceField;
-use crate::nearest::nearest;
 use crate::pack::pack;
 
 /// The neighbours of a cell, clockwise from east in image coordinates.
@@ -30,7 +29,7 @@ pub(crate) const STEPS: [(i32, i32); 8] = [
 #[derive(Debug, Clone, Copy)]
 pub struct Lattice<'a> {
     free: &'a BitImage,
-    clearances: Clearances<'a>,
+    squared_doubled: &'a [u32],
     need: u32,
     clear_beside: u32,
 }
@@ -52,18 +51,7 @@ impl<'a> Lattice<'a> {
         let need = ClearanceField::threshold(min);
         Self {
             free,
-            clearances: Clearances::Field(squared_doubled),
-            need,
-            clear_beside: beside_at_least(need),
-        }
-    }
-
-    /// The same lattice without a field: clearances are looked for where they are asked for. `admissible`
-    /// are the free cells whose `(2 d)^2` is at least `need`.
-    pub(crate) fn by_search(free: &'a BitImage, admissible: &'a BitImage, need: u32) -> Self {
-        Self {
-            free,
-            clearances: Clearances::Search { admissible },
+            squared_doubled,
             need,
             clear_beside: beside_at_least(need),
         }
@@ -82,21 +70,13 @@ impl<'a> Lattice<'a> {
         if x >= self.free.width() || y >= self.free.height() {
             return 0;
         }
-        match self.clearances {
-            Clearances::Field(field) => field[y * self.free.width() + x],
-            Clearances::Search { .. } => nearest(self.free, cell).squared_doubled,
-        }
+        self.squared_doubled[y * self.free.width() + x]
     }
 
     /// Whether the robot may stand at a cell's centre.
     #[must_use]
     pub fn has(&self, cell: Cell) -> bool {
-        match self.clearances {
-            Clearances::Field(_) => self.squared_doubled(cell) >= self.need,
-            Clearances::Search { admissible } => {
-                admissible.get(cell.col as usize, cell.row as usize)
-            }
-        }
+        self.squared_doubled(cell) >= self.need
     }
 
     /// Whether the robot may go straight from one cell's centre to that of an 8-neighbour.
@@ -119,14 +99,12 @@ impl<'a> Lattice<'a> {
 
     /// The cells whose `(2 d)^2` is at least a value.
     pub(crate) fn at_least(&self, squared_doubled: u32) -> BitImage {
-        match self.clearances {
-            Clearances::Field(field) => {
-                pack(field, self.free.width(), self.free.height(), |value| {
-                    value >= squared_doubled
-                })
-            }
-            Clearances::Search { .. } => erode_to(self.free, squared_doubled),
-        }
+        pack(
+            self.squared_doubled,
+            self.free.width(),
+            self.free.height(),
+            |value| value >= squared_doubled,
+        )
     }
 
     /// The free cells.
@@ -236,30 +214,6 @@ impl<'a> Lattice<'a> {
     }
 }
 
-/// Where the clearances of cells come from.
-#[derive(Debug, Clone, Copy)]
-enum Clearances<'a> {
-    /// All of them are known.
-    Field(&'a [u32]),
-    /// They are looked for.
-    Search { admissible: &'a BitImage },
-}
-
-/// The cells whose `(2 d)^2` is at least a value, without a distance transform: what is left when every
-/// square nearer than that is moved over the map.
-pub(crate) fn erode_to(free: &BitImage, squared_doubled: u32) -> BitImage {
-    let reach = (squared_doubled.isqrt() as usize).div_ceil(2);
-    let side = 2 * reach + 1;
-    let edge = |n: usize| (2 * n.abs_diff(reach)).saturating_sub(1);
-    let disc = BitImage::from_fn(side, side, |x, y| {
-        edge(x).pow(2) + edge(y).pow(2) < squared_doubled as usize
-    });
-    match Element::from_mask(&disc, Pixel::new(reach, reach)) {
-        Ok(element) => erode(free, &element, Border::Background),
-        Err(_) => free.clone(),
-    }
-}
-
 /// The least `j >= 1` with `8 j^2 >= squared_doubled`.
 fn beside_at_least(squared_doubled: u32) -> u32 {
     let mut j = (squared_doubled / 8).isqrt();
@@ -267,36 +221,4 @@ fn beside_at_least(squared_doubled: u32) -> u32 {
         j += 1;
     }
     j.max(1)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::FreeSpace;
-    use occgrid::{MapFrame, Pose2};
-
-    #[test]
-    fn erosion_and_distances_agree() {
-        for seed in 0..200_u64 {
-            let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
-            let (width, height) = ([1, 20, 64, 65, 129][seed as usize % 5], 40);
-            let free = BitImage::from_fn(width, height, |_, _| {
-                state ^= state << 13;
-                state ^= state >> 7;
-                state ^= state << 17;
-                state >> 20 & 255 >= seed % 8
-            });
-            let frame = MapFrame::new(width as u32, height as u32, 1.0, Pose2::default());
-            let space = FreeSpace::new(frame.expect("a frame"), free.clone());
-            let field = ClearanceField::new(&space);
-            let lattice = Lattice::new(&free, &field, 0.0);
-            for value in [1, 2, 3, 9, 10, 11, 18, 25, 26, 100, 101, 225, 400] {
-                assert_eq!(
-                    erode_to(&free, value),
-                    lattice.at_least(value),
-                    "{value} {free:?}"
-                );
-            }
-        }
-    }
 }

@@ -1,5 +1,4 @@
-//! The nearest not-free cell, found by looking: for the few cells on a skeleton that is cheaper than a
-//! distance transform of the whole map, and takes no memory.
+//! The nearest not-free cell, found by looking: where the distance field says only how far it is.
 
 use morpho::BitImage;
 use occgrid::{Cell, GridPoint};
