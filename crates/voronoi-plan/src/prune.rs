@@ -115,7 +115,7 @@ mod tests {
                 state ^= state << 13;
                 state ^= state >> 7;
                 state ^= state << 17;
-                state >> 20 & 63 >= 1 + seed % 12
+                state >> 20 & 63 > seed % 12
             });
             let distance = squared_to_squares(&image, Border::Background);
             let clearance = |cell: Cell| distance[cell.row as usize * 70 + cell.col as usize];
