@@ -253,7 +253,7 @@ impl MapFrame {
         let GridPoint { col, row } = self.grid_from_map(point);
         let inside =
             col >= 0.0 && row >= 0.0 && col < f64::from(self.width) && row < f64::from(self.height);
-        inside.then(|| Cell {
+        inside.then_some(Cell {
             col: col as u32,
             row: row as u32,
         })
