@@ -23,7 +23,7 @@ const CLAIM_MARGIN: f64 = 1e-9;
 const ROUNDING: f64 = 1e-11;
 
 /// No point of a cell is farther than this from its centre, and a hair more [cells].
-const HALF_DIAGONAL: f64 = 0.707_107;
+const HALF_DIAGONAL: f64 = std::f64::consts::FRAC_1_SQRT_2 + 1e-6;
 
 /// Step along a segment where the bounds do not decide [cells].
 const STEP: f64 = 4.0;

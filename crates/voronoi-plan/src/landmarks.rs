@@ -35,11 +35,12 @@ impl Landmarks {
             let farthest = reached.max_by(|a, b| a.1.total_cmp(b.1));
             let place = farthest.map_or(within, |(node, _)| node as u32);
             let distances = distances_from(place, nodes, &edges_of);
-            for (node, &distance) in distances.iter().enumerate() {
-                of_node[node][landmark] = distance;
-                nearest[node] = match landmark {
-                    0 => distance,
-                    _ => nearest[node].min(distance),
+            for ((knows, near), distance) in of_node.iter_mut().zip(&mut nearest).zip(distances) {
+                knows[landmark] = distance;
+                *near = if landmark == 0 {
+                    distance
+                } else {
+                    near.min(distance)
                 };
             }
         }

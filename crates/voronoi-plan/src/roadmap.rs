@@ -135,8 +135,8 @@ impl Roadmap {
                 }
             }
         }
-        for node in 0..road.nodes.len() {
-            if !has_arc[node] {
+        for (node, has_arc) in has_arc.into_iter().enumerate() {
+            if !has_arc {
                 let point = snapped(road.nodes[node]);
                 road.add(None, [node as u32; 2], std::iter::once(point), field, min);
             }

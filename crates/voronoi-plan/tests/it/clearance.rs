@@ -72,7 +72,7 @@ fn field_of(cells: BitImage) -> ClearanceField {
         0.05,
         Pose2::new(0.0, 0.0, 0.0),
     )
-    .unwrap();
+    .expect("a frame");
     ClearanceField::new(&FreeSpace::new(frame, cells))
 }
 

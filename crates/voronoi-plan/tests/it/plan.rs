@@ -15,7 +15,7 @@ const RESOLUTION: f64 = 1.0;
 fn space_of(cells: BitImage, origin: Pose2) -> FreeSpace {
     let (width, height) = (cells.width() as u32, cells.height() as u32);
     FreeSpace::new(
-        MapFrame::new(width, height, RESOLUTION, origin).unwrap(),
+        MapFrame::new(width, height, RESOLUTION, origin).expect("a frame"),
         cells,
     )
 }
@@ -32,7 +32,7 @@ fn graph_of(space: &FreeSpace, radius: f64) -> VoronoiGraph {
         radius,
         ..GraphParams::default()
     };
-    VoronoiGraph::build(space, &params).unwrap()
+    VoronoiGraph::build(space, &params).expect("a radius")
 }
 
 fn planner(space: &FreeSpace, radius: f64) -> Planner {
