@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod access;
+mod answer;
 mod bottleneck;
 mod bridge;
 mod build;
@@ -25,12 +26,13 @@ mod skeleton;
 mod square;
 mod window;
 
+pub use answer::{Bottleneck, GraphRoute, Plan, PlanStatus};
 pub use build::{BuildError, GraphParams};
 pub use clearance::{ClearanceField, SegmentClearance, TIE_CELLS};
 pub use free_space::FreeSpace;
 pub use graph::{Arc, Node, NodeKind, VoronoiGraph};
 pub use lattice::Lattice;
 pub use paper::PaperGraph;
-pub use plan::{Bottleneck, GraphRoute, Plan, PlanParams, PlanStatus, Planner};
+pub use plan::{PlanParams, Planner};
 pub use prune::Prune;
 pub use route::Route;
