@@ -77,6 +77,24 @@ pub enum RefineError {
 /// visits of shots to cells, each pass linear in the area of all beams; memory: 24 bytes a cell of the working
 /// lattice, whose cells are about 5 cm where the map's are larger, and about 150 bytes a shot.
 ///
+/// ```
+/// use occgrid::{OccupancyGrid, Point2, Pose2, Reading, RefineParams, Shot, SonarModel, refine};
+///
+/// let model = SonarModel { sigma: 0.03, ..SonarModel::default() };
+/// let shots = [Shot {
+///     stamp: 0.0,
+///     map_from_base: Pose2::new(0.0, 0.0, 0.0),
+///     bearing: 0.0,
+///     reading: Reading::Echo { range: 1.5 },
+/// }];
+/// let mut plain = OccupancyGrid::new(0.05)?;
+/// plain.integrate(&model, &shots)?;
+/// let refined = refine(&shots, &model, &plain, &RefineParams::default())?;
+/// let passed = refined.frame().cell_at(Point2::new(1.0, 0.0)).ok_or("outside")?;
+/// assert!(refined.probability(passed) < 0.2);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// [`RefineError`]
 pub fn refine(
