@@ -31,7 +31,7 @@ pub struct PlanParams {
     pub window: usize,
     /// Where a route is much longer than the straight line, the grid is searched for one that is shorter
     /// by a fifth, expanding at most this many cells; 0 for never. Raising it costs about 0.1 microseconds
-    /// a cell in halls full of obstacles, and makes detours on large maps rarer. Default 20000.
+    /// a cell in halls full of obstacles, and makes detours on large maps rarer. Default 500000.
     pub effort: usize,
 }
 
@@ -41,7 +41,7 @@ impl Default for PlanParams {
             alternatives: 4,
             penalty: 1.4,
             window: 16_384,
-            effort: 20_000,
+            effort: 500_000,
         }
     }
 }
@@ -50,7 +50,7 @@ impl Default for PlanParams {
 const GOOD_ENOUGH: f64 = 1.03;
 
 /// A route may be this much longer than the shortest before the grid is searched for a better one.
-const DETOUR: f64 = 1.2;
+const DETOUR: f64 = 1.25;
 
 /// Cells that a window may have for every cell that may be expanded in it.
 const WINDOW_PER_EFFORT: usize = 16;
