@@ -126,6 +126,10 @@ pub struct GraphArgs {
     /// The paper's chain word for word; arcs that cross obstacles are counted, not hidden.
     #[arg(long)]
     pub paper: bool,
+    /// Cut arcs into straight ones, for programs that drive straight from node to node as Nav2's route
+    /// server does.
+    #[arg(long, conflicts_with = "paper")]
+    pub straight: bool,
     /// Draw map and arcs, coloured by clearance (.svg or .png).
     #[arg(long, value_name = "P")]
     pub picture: Option<PathBuf>,
@@ -146,6 +150,9 @@ pub struct CheckArgs {
     /// Unknown cells are no obstacles.
     #[arg(long)]
     pub unknown_free: bool,
+    /// Ignore what is drawn: check straight lines from node to node, as Nav2's route server drives them.
+    #[arg(long)]
+    pub straight: bool,
     /// Draw map and edges, violations marked (.svg or .png).
     #[arg(long, value_name = "P")]
     pub picture: Option<PathBuf>,
@@ -206,7 +213,10 @@ pub struct WhyArgs {
 fn point(text: &str) -> Result<[f64; 2], String> {
     let parts: Vec<&str> = text.split(',').collect();
     let [x, y] = parts[..] else {
-        return Err(format!("expected two numbers X,Y, found {} parts", parts.len()));
+        return Err(format!(
+            "expected two numbers X,Y, found {} parts",
+            parts.len()
+        ));
     };
     let number = |part: &str| match part.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
@@ -240,7 +250,10 @@ mod tests {
         ]);
         assert!(matches!(
             cli.map(|c| c.command),
-            Ok(Command::Plan(PlanArgs { from: Some([-1.0, -2.0]), .. }))
+            Ok(Command::Plan(PlanArgs {
+                from: Some([-1.0, -2.0]),
+                ..
+            }))
         ));
     }
 }

@@ -50,11 +50,19 @@ impl Output {
     ///
     /// # Errors
     /// If stdout cannot be written.
-    pub fn answer(&self, json: &impl Serialize, text: impl FnOnce() -> String) -> anyhow::Result<()> {
+    pub fn answer(
+        &self,
+        json: &impl Serialize,
+        text: impl FnOnce() -> String,
+    ) -> anyhow::Result<()> {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
-        let line = if self.json { serde_json::to_string(json)? } else { text() };
+        let line = if self.json {
+            serde_json::to_string(json)?
+        } else {
+            text()
+        };
         line_to_stdout(&line)
     }
 

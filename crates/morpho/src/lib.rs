@@ -25,9 +25,9 @@ pub use fill::{
     Connectivity, FillWorkspace, fill_holes, reconstruct, reconstruct_into, seed_fill,
     seed_fill_into,
 };
+pub use gray::{threshold, threshold_into, to_gray};
 #[cfg(feature = "image")]
 pub use gray::{threshold_image, to_gray_image};
-pub use gray::{threshold, threshold_into, to_gray};
 pub use grow::{GrowRule, grow};
 pub use ledger::{Change, Difference, Joined, Kinship, Region, Split};
 pub use ops::{

@@ -36,17 +36,17 @@ pub use frame::{Cell, FrameError, GridPoint, MAX_SIDE_CELLS, MapFrame, Point2, P
 pub use gray::{FREE_AT_MOST, OCCUPIED_AT_LEAST, gray_level};
 pub use grid::{GridError, GridLimits, LOG_ODDS_LIMIT, OccupancyGrid};
 pub use log::{LOG_HEADER, LogError, LogLimits, read_log, read_log_within, write_log};
-pub use occupancy_map::{CellState, OccupancyMap};
-pub use reading::{Reading, ReadingCounts, Shot};
-pub use refine::{RefineError, RefineParams, Refinement, refine};
-pub use sonar::{Profile, SonarModel, SonarModelError};
 #[cfg(feature = "map-files")]
 pub use map_file_error::MapFileError;
 #[cfg(feature = "map-files")]
 pub use map_server::{LoadOptions, LoadedMap, load_map};
 #[cfg(feature = "map-files")]
 pub use map_values::{MapMode, ThresholdRule};
+pub use occupancy_map::{CellState, OccupancyMap};
 #[cfg(feature = "map-files")]
 pub use pgm::{PgmEncoding, PgmError, PgmImage, PgmLimits, read_pgm};
+pub use reading::{Reading, ReadingCounts, Shot};
+pub use refine::{RefineError, RefineParams, Refinement, refine};
 #[cfg(feature = "map-files")]
 pub use save::{SaveOptions, SavedMap, save_map};
+pub use sonar::{Profile, SonarModel, SonarModelError};

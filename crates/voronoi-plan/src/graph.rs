@@ -22,6 +22,8 @@ pub enum NodeKind {
     Isolated,
     /// Where a bridge was tied in.
     Bridge,
+    /// Where an arc was cut so that its pieces are straight.
+    Bend,
 }
 
 /// A node of the roadmap.

@@ -24,6 +24,7 @@ mod roadmap;
 mod route;
 mod skeleton;
 mod square;
+mod straight;
 mod window;
 
 pub use answer::{Bottleneck, GraphRoute, Plan, PlanStatus};

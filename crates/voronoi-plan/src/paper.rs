@@ -8,11 +8,11 @@
 use morpho::{BitImage, CleanError, Cleaned, Cleaner, CleanerParams};
 use occgrid::{GridPoint, MapFrame, OccupancyMap};
 
-use crate::certify::round_down;
 use crate::clearance::claim;
 use crate::draft::Trace;
 use crate::pack::pack;
 use crate::skeleton::trace;
+use crate::straight::chord;
 use crate::{Arc, ClearanceField, FreeSpace, Node, NodeKind, VoronoiGraph};
 
 /// The paper's graph and how it came about.
@@ -98,7 +98,13 @@ impl Chords<'_> {
                 .map(|(from, to)| Arc {
                     from,
                     to,
-                    ..self.chord(centers[from], centers[to])
+                    ..chord(
+                        self.frame,
+                        self.field,
+                        self.radius,
+                        centers[from],
+                        centers[to],
+                    )
                 })
                 .collect(),
         }
@@ -115,21 +121,6 @@ impl Chords<'_> {
             point,
             clearance: claim(self.metres_at(at), self.radius),
             kind: NodeKind::Junction,
-        }
-    }
-
-    fn chord(&self, a: GridPoint, b: GridPoint) -> Arc {
-        let narrowest = self.field.of_segment(a, b);
-        let polyline = vec![self.frame.map_from_grid(a), self.frame.map_from_grid(b)];
-        Arc {
-            from: 0,
-            to: 0,
-            length: polyline[0].distance(polyline[1]),
-            polyline,
-            clearance: claim(narrowest.clearance * self.frame.resolution(), self.radius),
-            width_profile: [a, b].map(|at| round_down(self.metres_at(at))).to_vec(),
-            bottleneck: self.frame.map_from_grid(narrowest.at),
-            nearest_obstacle: self.frame.map_from_grid(narrowest.obstacle),
         }
     }
 }

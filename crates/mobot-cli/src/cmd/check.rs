@@ -1,13 +1,16 @@
 //! `mobot check`: any route graph against a map, measured anew.
 
-use anyhow::Context as _;
+use anyhow::{Context as _, bail};
 use serde::Serialize;
-use voronoi_plan::check::{CheckParams, Report, UnknownIs, check};
+use voronoi_plan::check::{CheckParams, EdgeLine, Report, UnknownIs, check};
 use voronoi_plan::geojson::{ReadLimits, RouteGraph};
 
 use crate::args::CheckArgs;
 use crate::output::{Outcome, Output};
 use crate::picture::{self, Color, Scene};
+
+/// The frame of the map, by ROS's convention (REP-105).
+const MAP_FRAME: &str = "map";
 
 #[derive(Serialize)]
 struct Answer {
@@ -42,13 +45,34 @@ pub(super) fn run(args: &CheckArgs, output: &Output) -> anyhow::Result<Outcome> 
     output.stage(format!("reading {}", args.graph.display()));
     let graph = RouteGraph::load(&args.graph, &ReadLimits::default())
         .with_context(|| format!("{}", args.graph.display()))?;
+    if let Some(node) = graph.node_outside_frame(MAP_FRAME) {
+        bail!(
+            "{}: node {}: expected the frame {MAP_FRAME:?}, found {:?}",
+            args.graph.display(),
+            node.id,
+            node.frame.as_deref().unwrap_or_default()
+        );
+    }
     output.stage("checking");
-    let unknown = if args.unknown_free { UnknownIs::Free } else { UnknownIs::Occupied };
-    let report = check(graph.lines(), &map, &CheckParams { radius, unknown });
+    let unknown = if args.unknown_free {
+        UnknownIs::Free
+    } else {
+        UnknownIs::Occupied
+    };
+    let lines: Vec<EdgeLine<'_>> = if args.straight {
+        graph.chords().collect()
+    } else {
+        graph.lines().collect()
+    };
+    let report = check(
+        lines.iter().cloned(),
+        &map,
+        &CheckParams { radius, unknown },
+    );
     if let Some(path) = &args.picture {
         output.stage("drawing");
         let mut scene = Scene::of_map(&map);
-        for line in graph.lines() {
+        for line in &lines {
             scene.line(&line.points, Color(0, 90, 200), 1.5);
         }
         for v in &report.violations {
@@ -58,7 +82,11 @@ pub(super) fn run(args: &CheckArgs, output: &Output) -> anyhow::Result<Outcome> 
         picture::save(&scene, path).context("picture")?;
     }
     output.answer(&answer(&report), || text(&report, radius))?;
-    Ok(if report.is_clean() { Outcome::Done } else { Outcome::No })
+    Ok(if report.is_clean() {
+        Outcome::Done
+    } else {
+        Outcome::No
+    })
 }
 
 fn answer(report: &Report) -> Answer {
@@ -85,7 +113,9 @@ fn answer(report: &Report) -> Answer {
 }
 
 fn summary(report: &Report, radius: f64) -> String {
-    let least = report.min_clearance.map_or("-".into(), |c| format!("{c:.3} m"));
+    let least = report
+        .min_clearance
+        .map_or("-".into(), |c| format!("{c:.3} m"));
     format!(
         "{} edges, {} nearer than {radius} m, {} that claim too much, least clearance {least}",
         report.edges,

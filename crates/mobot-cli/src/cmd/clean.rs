@@ -62,7 +62,11 @@ fn picture_name(stage: Stage) -> String {
 }
 
 fn png(image: &BitImage) -> anyhow::Result<Vec<u8>> {
-    gray_png(image.width() as u32, image.height() as u32, &morpho::to_gray(image))
+    gray_png(
+        image.width() as u32,
+        image.height() as u32,
+        &morpho::to_gray(image),
+    )
 }
 
 fn answer(cleaned: &Cleaned) -> Answer {
@@ -77,7 +81,9 @@ fn answer(cleaned: &Cleaned) -> Answer {
         split: entry.components.split.len(),
         picture: picture_name(entry.stage),
     });
-    Answer { stages: stages.collect() }
+    Answer {
+        stages: stages.collect(),
+    }
 }
 
 fn table(answer: &Answer, args: &CleanArgs) -> String {

@@ -44,14 +44,23 @@ pub(super) fn run(args: &GraphArgs, output: &Output) -> anyhow::Result<Outcome> 
     let started = Instant::now();
     let graph = if args.paper {
         PaperGraph::build(&map, radius, &CleanerParams::default())?.graph
+    } else if args.straight {
+        ours(&map, radius)?.straightened(&FreeSpace::from_map(&map))
     } else {
         ours(&map, radius)?
     };
     let elapsed_ms = started.elapsed().as_secs_f64() * 1e3;
-    let beside = if args.paper { Some(beside(&ours(&map, radius)?)) } else { None };
+    let beside = if args.paper {
+        Some(beside(&ours(&map, radius)?))
+    } else {
+        None
+    };
     output.stage("writing");
-    write_whole(&args.output, &RouteGraph::from_voronoi(&graph).to_geojson()?)
-        .with_context(|| format!("{}", args.output.display()))?;
+    write_whole(
+        &args.output,
+        &RouteGraph::from_voronoi(&graph).to_geojson()?,
+    )
+    .with_context(|| format!("{}", args.output.display()))?;
     let answer = Answer {
         nodes: graph.nodes.len(),
         arcs: graph.arcs.len(),
@@ -59,7 +68,11 @@ pub(super) fn run(args: &GraphArgs, output: &Output) -> anyhow::Result<Outcome> 
         cycles: graph.cycles(),
         min_clearance_m: graph.min_clearance(),
         crossings: graph.crossings(),
-        below_radius: graph.arcs.iter().filter(|arc| arc.clearance < radius).count(),
+        below_radius: graph
+            .arcs
+            .iter()
+            .filter(|arc| arc.clearance < radius)
+            .count(),
         elapsed_ms,
         ours: beside,
     };
@@ -76,7 +89,10 @@ pub(super) fn run(args: &GraphArgs, output: &Output) -> anyhow::Result<Outcome> 
 
 /// The default pipeline: complete, every arc certified.
 fn ours(map: &OccupancyMap, radius: f64) -> anyhow::Result<VoronoiGraph> {
-    let params = GraphParams { radius, ..GraphParams::default() };
+    let params = GraphParams {
+        radius,
+        ..GraphParams::default()
+    };
     Ok(VoronoiGraph::build(&FreeSpace::from_map(map), &params)?)
 }
 
@@ -118,7 +134,9 @@ pub(super) fn draw(scene: &mut Scene, graph: &VoronoiGraph) {
 }
 
 fn text(answer: &Answer, args: &GraphArgs) -> String {
-    let least = answer.min_clearance_m.map_or("-".into(), |c| format!("{c:.3} m"));
+    let least = answer
+        .min_clearance_m
+        .map_or("-".into(), |c| format!("{c:.3} m"));
     let mut text = format!(
         "{} nodes, {} arcs in {} parts with {} cycles; least clearance {least}; {} arcs cross \
          obstacles, {} are nearer than {} m ({:.0} ms)",
@@ -132,7 +150,9 @@ fn text(answer: &Answer, args: &GraphArgs) -> String {
         answer.elapsed_ms
     );
     if let Some(ours) = &answer.ours {
-        let least = ours.min_clearance_m.map_or("-".into(), |c| format!("{c:.3} m"));
+        let least = ours
+            .min_clearance_m
+            .map_or("-".into(), |c| format!("{c:.3} m"));
         text += &format!(
             "; beside it, the default: {} nodes, {} arcs, {} cross obstacles, least clearance {least}",
             ours.nodes, ours.arcs, ours.crossings

@@ -47,7 +47,10 @@ pub(super) fn run(args: &MapArgs, output: &Output) -> anyhow::Result<Outcome> {
     let grid = build(args, &model, &shots, output)?;
     let map = grid.to_occupancy_map(free, occupied);
     output.stage("saving");
-    let options = SaveOptions { plain_names: args.plain_names, ..SaveOptions::default() };
+    let options = SaveOptions {
+        plain_names: args.plain_names,
+        ..SaveOptions::default()
+    };
     let saved = save_map(&args.output, &map, Some(grid.log_odds()), &options)?;
     for note in saved.notes {
         eprintln!("mobot: note: {note}");
@@ -78,7 +81,10 @@ fn thresholds(args: &MapArgs) -> anyhow::Result<(i8, i8)> {
     if !(occupied > 0.5 && occupied <= 1.0) {
         bail!("--occupied: expected a probability above 0.5 and at most 1, found {occupied}");
     }
-    Ok(((free * 100.0).floor() as i8, (occupied * 100.0).ceil() as i8))
+    Ok((
+        (free * 100.0).floor() as i8,
+        (occupied * 100.0).ceil() as i8,
+    ))
 }
 
 fn build(
@@ -88,11 +94,14 @@ fn build(
     output: &Output,
 ) -> anyhow::Result<OccupancyGrid> {
     output.stage(format!("mapping {} shots", shots.len()));
-    let limits = GridLimits { max_cells: args.max_cells };
+    let limits = GridLimits {
+        max_cells: args.max_cells,
+    };
     let mut grid = OccupancyGrid::new(args.resolution)
         .with_context(|| format!("--resolution {}", args.resolution))?
         .with_limits(limits);
-    grid.integrate(model, shots).with_context(|| format!("{}", args.log.display()))?;
+    grid.integrate(model, shots)
+        .with_context(|| format!("{}", args.log.display()))?;
     if args.refine {
         output.stage("explaining the whole log");
         grid = refine(shots, model, &grid, &RefineParams::default())?;
@@ -103,20 +112,41 @@ fn build(
 /// The map and the robot's stops.
 fn scene(map: &OccupancyMap, shots: &[Shot]) -> Scene {
     let mut scene = Scene::of_map(map);
-    let mut stops: Vec<_> = shots.iter().map(|shot| shot.map_from_base.position()).collect();
+    let mut stops: Vec<_> = shots
+        .iter()
+        .map(|shot| shot.map_from_base.position())
+        .collect();
     stops.dedup();
     scene.line(&stops, Color(0, 90, 200), 1.5);
-    scene.note(Color(0, 90, 200), format!("{} shots from {} places", shots.len(), stops.len()));
+    scene.note(
+        Color(0, 90, 200),
+        format!("{} shots from {} places", shots.len(), stops.len()),
+    );
     scene
 }
 
 fn readings(shots: &[Shot]) -> Readings {
-    let ReadingCounts { echo, no_echo, too_close, fault } = ReadingCounts::of(shots);
-    Readings { echo, no_echo, too_close, fault }
+    let ReadingCounts {
+        echo,
+        no_echo,
+        too_close,
+        fault,
+    } = ReadingCounts::of(shots);
+    Readings {
+        echo,
+        no_echo,
+        too_close,
+        fault,
+    }
 }
 
 fn cells(map: &OccupancyMap) -> Cells {
-    let count = |state| map.values().iter().filter(|&&v| map.classify(v) == state).count();
+    let count = |state| {
+        map.values()
+            .iter()
+            .filter(|&&v| map.classify(v) == state)
+            .count()
+    };
     Cells {
         free: count(CellState::Free),
         occupied: count(CellState::Occupied),
@@ -125,8 +155,17 @@ fn cells(map: &OccupancyMap) -> Cells {
 }
 
 fn text_of(answer: &Answer, args: &MapArgs) -> String {
-    let Readings { echo, no_echo, too_close, fault } = answer.readings;
-    let Cells { free, occupied, unknown } = answer.cells;
+    let Readings {
+        echo,
+        no_echo,
+        too_close,
+        fault,
+    } = answer.readings;
+    let Cells {
+        free,
+        occupied,
+        unknown,
+    } = answer.cells;
     format!(
         "{echo} echoes, {no_echo} silences, {too_close} too close, {fault} faults\n\
          {free} free, {occupied} occupied, {unknown} unknown cells of {} m\n\

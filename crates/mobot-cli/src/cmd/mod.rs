@@ -43,7 +43,11 @@ fn load_with(input: &MapInput, output: &Output, log_odds: bool) -> anyhow::Resul
     let options = LoadOptions {
         allow_outside: input.allow_outside,
         log_odds,
-        threshold_rule: if input.ros1 { ThresholdRule::Ros1 } else { ThresholdRule::Nav2 },
+        threshold_rule: if input.ros1 {
+            ThresholdRule::Ros1
+        } else {
+            ThresholdRule::Nav2
+        },
         ..LoadOptions::default()
     };
     Ok(load_map(&input.map, &options)?)
@@ -70,7 +74,10 @@ fn read_text(path: &Path, most_bytes: u64) -> anyhow::Result<String> {
         bail!("{name}: expected a file, found something else");
     }
     if meta.len() > most_bytes {
-        bail!("{name}: expected at most {most_bytes} bytes, found {}", meta.len());
+        bail!(
+            "{name}: expected at most {most_bytes} bytes, found {}",
+            meta.len()
+        );
     }
     std::fs::read_to_string(path).with_context(|| format!("{name}"))
 }

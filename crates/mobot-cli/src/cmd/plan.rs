@@ -49,7 +49,9 @@ pub(super) fn run(args: &PlanArgs, output: &Output) -> anyhow::Result<Outcome> {
     let planner = Planner::new(&space, &graph, ClearanceField::new(&space));
     if let Some(queries) = queries {
         for [x0, y0, x1, y1] in queries {
-            output.batch_line(&answer(&planner.plan(Point2::new(x0, y0), Point2::new(x1, y1))))?;
+            output.batch_line(&answer(
+                &planner.plan(Point2::new(x0, y0), Point2::new(x1, y1)),
+            ))?;
         }
         return Ok(Outcome::Done);
     }
@@ -66,7 +68,11 @@ pub(super) fn run(args: &PlanArgs, output: &Output) -> anyhow::Result<Outcome> {
         picture::save(&scene, path).context("picture")?;
     }
     output.answer(&answer, || text(&answer, args.picture.as_deref()))?;
-    Ok(if matches!(plan, Plan::Ok(_)) { Outcome::Done } else { Outcome::No })
+    Ok(if matches!(plan, Plan::Ok(_)) {
+        Outcome::Done
+    } else {
+        Outcome::No
+    })
 }
 
 /// The graph that was saved, or a new one.
@@ -78,7 +84,10 @@ fn roadmap(
 ) -> anyhow::Result<VoronoiGraph> {
     let Some(path) = &args.graph else {
         output.stage("extracting the roadmap");
-        let params = GraphParams { radius, ..GraphParams::default() };
+        let params = GraphParams {
+            radius,
+            ..GraphParams::default()
+        };
         return Ok(VoronoiGraph::build(space, &params)?);
     };
     output.stage(format!("reading {}", path.display()));
@@ -87,10 +96,15 @@ fn roadmap(
         .and_then(|graph| graph.to_voronoi())
         .with_context(|| format!("{name}"))?;
     if graph.frame != *space.frame() {
-        bail!("{name}: expected a graph of this map, found one of another size, place or resolution");
+        bail!(
+            "{name}: expected a graph of this map, found one of another size, place or resolution"
+        );
     }
     if (graph.radius - radius).abs() > 1e-9 {
-        bail!("{name}: expected a graph for radius {radius} m, found one for {} m", graph.radius);
+        bail!(
+            "{name}: expected a graph for radius {radius} m, found one for {} m",
+            graph.radius
+        );
     }
     Ok(graph)
 }
@@ -112,7 +126,10 @@ fn queries(path: &Path) -> anyhow::Result<Vec<[f64; 4]>> {
         }
         let fields: Vec<&str> = line.split(',').collect();
         if fields.len() != 4 {
-            bail!("{name}: line {number}: expected 4 fields ({HEADER}), found {}", fields.len());
+            bail!(
+                "{name}: line {number}: expected 4 fields ({HEADER}), found {}",
+                fields.len()
+            );
         }
         let mut query = [0.0; 4];
         for ((value, field), column) in query.iter_mut().zip(&fields).zip(HEADER.split(',')) {
@@ -167,7 +184,10 @@ fn scene(
         scene.line(&route.points, Color(255, 255, 255), 7.0);
         scene.line(&route.points, Color::ROUTE, 4.0);
     }
-    if let Plan::NoRoute { bottleneck: Some(b) } = plan {
+    if let Plan::NoRoute {
+        bottleneck: Some(b),
+    } = plan
+    {
         scene.dot(b.place, Color::FAULT, 7.0);
     }
     for end in ends {

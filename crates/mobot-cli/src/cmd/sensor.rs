@@ -15,7 +15,9 @@ pub(super) fn read(path: &Path, profile: Option<ProfileArg>) -> anyhow::Result<S
     let name = path.display();
     let text = super::read_text(path, MOST_BYTES)?;
     let mut model: SonarModel = toml::from_str(&text).map_err(|e| {
-        let line = e.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
+        let line = e
+            .span()
+            .map_or(1, |span| text[..span.start].matches('\n').count() + 1);
         anyhow!("{name}: line {line}: {}", e.message().replace('\n', " "))
     })?;
     match profile {

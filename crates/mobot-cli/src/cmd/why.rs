@@ -42,12 +42,21 @@ pub(super) fn run(args: &WhyArgs, output: &Output) -> anyhow::Result<Outcome> {
     let loaded = super::load_with(&args.input, output, true)?;
     let frame = *loaded.map.frame();
     let Some(cell) = frame.cell_at(Point2::new(args.x, args.y)) else {
-        bail!("{}: expected a place on the map, found ({}, {})", args.input.map.display(), args.x, args.y);
+        bail!(
+            "{}: expected a place on the map, found ({}, {})",
+            args.input.map.display(),
+            args.x,
+            args.y
+        );
     };
     let copy = sensor::copy_beside(&args.input.map);
     let sensor_file = args.sensor.as_ref().unwrap_or(&copy);
     let model = sensor::read(sensor_file, args.profile).with_context(|| {
-        if args.sensor.is_some() { "--sensor" } else { "no --sensor given, and no copy by the map" }
+        if args.sensor.is_some() {
+            "--sensor"
+        } else {
+            "no --sensor given, and no copy by the map"
+        }
     })?;
     let shots = sensor::shots(&args.log)?;
     output.stage("asking every reading");
@@ -65,7 +74,11 @@ pub(super) fn run(args: &WhyArgs, output: &Output) -> anyhow::Result<Outcome> {
         probability: 1.0 / (1.0 + (-log_odds).exp()),
         saved_log_odds: saved.filter(|s| (s - log_odds).abs() > 1e-6),
         readings: all.len(),
-        contributions: all.iter().take(args.most).map(|c| contribution(c, &shots)).collect(),
+        contributions: all
+            .iter()
+            .take(args.most)
+            .map(|c| contribution(c, &shots))
+            .collect(),
     };
     output.answer(&answer, || text(&answer))?;
     Ok(Outcome::Done)
@@ -100,7 +113,13 @@ fn contribution(c: &Contribution, shots: &[Shot]) -> ContributionAnswer {
 fn text(answer: &Answer) -> String {
     let mut text = format!(
         "cell ({}, {}) at ({}, {}): probability of occupancy {:.3} (log-odds {:+.3}) from {} readings",
-        answer.col, answer.row, answer.x, answer.y, answer.probability, answer.log_odds, answer.readings
+        answer.col,
+        answer.row,
+        answer.x,
+        answer.y,
+        answer.probability,
+        answer.log_odds,
+        answer.readings
     );
     if let Some(saved) = answer.saved_log_odds {
         text += &format!("\nthe saved map holds log-odds {saved:+.3} here: it was refined");
@@ -121,7 +140,10 @@ fn text(answer: &Answer) -> String {
         );
     }
     if answer.readings > answer.contributions.len() {
-        text += &format!("\nand {} weaker ones", answer.readings - answer.contributions.len());
+        text += &format!(
+            "\nand {} weaker ones",
+            answer.readings - answer.contributions.len()
+        );
     }
     text
 }

@@ -24,11 +24,17 @@ pub enum Format {
 /// # Errors
 /// If the name ends neither in `.svg` nor in `.png`.
 pub fn format_of(path: &Path) -> anyhow::Result<Format> {
-    let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
+    let extension = path
+        .extension()
+        .and_then(|e| e.to_str())
+        .map(str::to_ascii_lowercase);
     match extension.as_deref() {
         Some("svg") => Ok(Format::Svg),
         Some("png") => Ok(Format::Png),
-        _ => bail!("{}: expected a picture name ending in .svg or .png", path.display()),
+        _ => bail!(
+            "{}: expected a picture name ending in .svg or .png",
+            path.display()
+        ),
     }
 }
 

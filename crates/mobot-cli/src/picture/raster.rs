@@ -19,14 +19,24 @@ pub(super) fn render(scene: &Scene) -> anyhow::Result<Vec<u8>> {
     };
     for stroke in &scene.strokes {
         for pair in stroke.points.windows(2) {
-            canvas.line(place(pair[0]), place(pair[1]), stroke.width_px / 2.0, stroke.color);
+            canvas.line(
+                place(pair[0]),
+                place(pair[1]),
+                stroke.width_px / 2.0,
+                stroke.color,
+            );
         }
     }
     for mark in &scene.marks {
         let at = place(mark.at);
         canvas.line(at, at, mark.radius_px, mark.color);
     }
-    encode(width * zoom, height * zoom, &canvas.rgb, ExtendedColorType::Rgb8)
+    encode(
+        width * zoom,
+        height * zoom,
+        &canvas.rgb,
+        ExtendedColorType::Rgb8,
+    )
 }
 
 /// Pixels as PNG bytes.
@@ -53,21 +63,27 @@ impl Canvas {
         let zoom = zoom as usize;
         let mut rgb = Vec::with_capacity(width * height * zoom * zoom * 3);
         for row in scene.gray.chunks_exact(width) {
-            let line: Vec<u8> =
-                row.iter().flat_map(|&g| std::iter::repeat_n(g, 3 * zoom)).collect();
+            let line: Vec<u8> = row
+                .iter()
+                .flat_map(|&g| std::iter::repeat_n(g, 3 * zoom))
+                .collect();
             for _ in 0..zoom {
                 rgb.extend_from_slice(&line);
             }
         }
-        Self { width: width * zoom, height: height * zoom, rgb }
+        Self {
+            width: width * zoom,
+            height: height * zoom,
+            rgb,
+        }
     }
 
     /// Every pixel whose centre is within `radius` of the segment, and at least the nearest one.
     fn line(&mut self, a: (f64, f64), b: (f64, f64), radius: f64, color: Color) {
         let radius = radius.max(0.71);
         let clip = |v: f64, most: usize| v.clamp(0.0, most as f64) as usize;
-        let columns = clip(a.0.min(b.0) - radius, self.width)
-            ..clip(a.0.max(b.0) + radius + 1.0, self.width);
+        let columns =
+            clip(a.0.min(b.0) - radius, self.width)..clip(a.0.max(b.0) + radius + 1.0, self.width);
         let rows = clip(a.1.min(b.1) - radius, self.height)
             ..clip(a.1.max(b.1) + radius + 1.0, self.height);
         for y in rows {

@@ -72,13 +72,24 @@ impl Scene {
         let [left, top, shown, rows] = view.map(|v| v as usize);
         let mut gray = Vec::with_capacity(shown * rows);
         for row in map.values().chunks_exact(width).skip(top).take(rows) {
-            gray.extend(row[left..left + shown].iter().map(|&v| match map.classify(v) {
-                CellState::Free => FREE_GRAY,
-                CellState::Occupied => OCCUPIED_GRAY,
-                CellState::Unknown => UNKNOWN_GRAY,
-            }));
+            gray.extend(
+                row[left..left + shown]
+                    .iter()
+                    .map(|&v| match map.classify(v) {
+                        CellState::Free => FREE_GRAY,
+                        CellState::Occupied => OCCUPIED_GRAY,
+                        CellState::Unknown => UNKNOWN_GRAY,
+                    }),
+            );
         }
-        Self { frame, view, gray, strokes: vec![], marks: vec![], caption: vec![] }
+        Self {
+            frame,
+            view,
+            gray,
+            strokes: vec![],
+            marks: vec![],
+            caption: vec![],
+        }
     }
 
     /// Side of a cell [m].
@@ -88,13 +99,24 @@ impl Scene {
 
     /// Adds a line given in the map frame [m].
     pub fn line(&mut self, points: &[Point2], color: Color, width_px: f64) {
-        let points = points.iter().map(|&p| self.frame.grid_from_map(p)).collect();
-        self.strokes.push(Stroke { points: without_collinear(points), color, width_px });
+        let points = points
+            .iter()
+            .map(|&p| self.frame.grid_from_map(p))
+            .collect();
+        self.strokes.push(Stroke {
+            points: without_collinear(points),
+            color,
+            width_px,
+        });
     }
 
     /// Adds a dot given in the map frame [m].
     pub fn dot(&mut self, at: Point2, color: Color, radius_px: f64) {
-        self.marks.push(Mark { at: self.frame.grid_from_map(at), color, radius_px });
+        self.marks.push(Mark {
+            at: self.frame.grid_from_map(at),
+            color,
+            radius_px,
+        });
     }
 
     /// Adds a line of text under the map.
@@ -119,9 +141,10 @@ fn known_part(map: &OccupancyMap) -> [u32; 4] {
     let (mut left, mut right, mut top, mut bottom) = (width, 0, height, 0);
     for (row, values) in (0..).zip(map.values().chunks_exact(width as usize)) {
         let known = |v: &i8| map.classify(*v) != CellState::Unknown;
-        if let (Some(first), Some(last)) =
-            (values.iter().position(known), values.iter().rposition(known))
-        {
+        if let (Some(first), Some(last)) = (
+            values.iter().position(known),
+            values.iter().rposition(known),
+        ) {
             left = left.min(first as u32);
             right = right.max(last as u32);
             top = top.min(row);
@@ -131,7 +154,10 @@ fn known_part(map: &OccupancyMap) -> [u32; 4] {
     if left > right {
         return [0, 0, width, height];
     }
-    let (left, top) = (left.saturating_sub(MARGIN_CELLS), top.saturating_sub(MARGIN_CELLS));
+    let (left, top) = (
+        left.saturating_sub(MARGIN_CELLS),
+        top.saturating_sub(MARGIN_CELLS),
+    );
     let right = (right + MARGIN_CELLS).min(width - 1);
     let bottom = (bottom + MARGIN_CELLS).min(height - 1);
     [left, top, right - left + 1, bottom - top + 1]
@@ -173,8 +199,17 @@ mod tests {
     #[test]
     fn straight_runs_keep_their_ends_only() {
         let at = |col, row| GridPoint { col, row };
-        let line = vec![at(0.0, 0.0), at(1.0, 0.0), at(2.0, 0.0), at(3.0, 1.0), at(2.0, 0.0)];
+        let line = vec![
+            at(0.0, 0.0),
+            at(1.0, 0.0),
+            at(2.0, 0.0),
+            at(3.0, 1.0),
+            at(2.0, 0.0),
+        ];
         let kept = without_collinear(line);
-        assert_eq!(kept, [at(0.0, 0.0), at(2.0, 0.0), at(3.0, 1.0), at(2.0, 0.0)]);
+        assert_eq!(
+            kept,
+            [at(0.0, 0.0), at(2.0, 0.0), at(3.0, 1.0), at(2.0, 0.0)]
+        );
     }
 }

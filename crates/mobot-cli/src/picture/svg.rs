@@ -75,7 +75,10 @@ fn scale_bar(svg: &mut String, scene: &Scene, scale: f64, page_h: f64) -> std::f
     let metres_per_px = scene.resolution() / scale;
     let about = 150.0 * metres_per_px;
     let power = 10f64.powf(about.log10().floor());
-    let length = [5.0, 2.0, 1.0].into_iter().map(|m| m * power).find(|l| *l <= about);
+    let length = [5.0, 2.0, 1.0]
+        .into_iter()
+        .map(|m| m * power)
+        .find(|l| *l <= about);
     let length = length.unwrap_or(power);
     let px = length / metres_per_px;
     let y = page_h + 0.75 * LINE_PX;

@@ -8,11 +8,12 @@ mod geojson;
 mod graph;
 mod hostile;
 mod paper;
-mod prune;
 mod plan;
 #[cfg(feature = "geojson")]
 mod planted;
+mod prune;
 mod random;
+mod straight;
 
 /// Whether the long forms of the tests were asked for.
 fn long() -> bool {
