@@ -92,7 +92,7 @@ impl BuildingMap {
     }
 
     fn load(name: &'static str, path: &str) -> Self {
-        let map = load_map(&maps().join(path), &LoadOptions::default())
+        let map = load_map(maps().join(path), &LoadOptions::default())
             .expect("a map")
             .map;
         let gray = map.values().iter().map(|&v| match map.classify(v) {

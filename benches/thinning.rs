@@ -5,8 +5,10 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use mobot_benches::{BuildingMap, FREE_FROM};
 use morpho::{BitImage, Components, Connectivity, holes, reference, thin};
 
+type Thinning = fn(&BitImage) -> BitImage;
+
 fn thinnings(c: &mut Criterion) {
-    let all: [(&str, fn(&BitImage) -> BitImage); 3] = [
+    let all: [(&str, Thinning); 3] = [
         ("zhang_suen", thin::zhang_suen),
         ("guo_hall", thin::guo_hall),
         ("homotopic", thin::homotopic),

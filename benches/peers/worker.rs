@@ -231,7 +231,7 @@ impl Bench {
                 self.distances
                     .iter()
                     .zip(theirs.iter())
-                    .all(|(&ours, &theirs)| f64::from(ours) == (theirs * theirs).round())
+                    .all(|(&ours, &theirs)| ours == (theirs * theirs).round() as u32)
             }
             "plain_sonar_update" => {
                 let (width, height) = (self.map.width, self.map.height);

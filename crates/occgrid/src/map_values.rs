@@ -65,12 +65,14 @@ pub(crate) const fn level16(sample: u16, max_value: u16) -> u16 {
 }
 
 /// GraphicsMagick's luma of 16-bit levels.
+#[cfg(feature = "image")]
 pub(crate) fn luma16(red: u16, green: u16, blue: u16) -> u16 {
     let luma = 0.299 * f64::from(red) + 0.587 * f64::from(green) + 0.114 * f64::from(blue);
     (luma + 0.5) as u16
 }
 
 /// [`luma16`] of 8-bit levels, cut to 8 bits; in whole numbers, equal for all 2^24 colours.
+#[cfg(feature = "image")]
 pub(crate) const fn luma8(red: u8, green: u8, blue: u8) -> u8 {
     // thousandths of the weights times 257, which widens the levels to 16 bits
     let thousandths = 76_843 * red as u32 + 150_859 * green as u32 + 29_298 * blue as u32;
