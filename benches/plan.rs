@@ -5,7 +5,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use mobot_benches::BuildingMap;
 use voronoi_plan::check::{CheckParams, UnknownIs, check};
 use voronoi_plan::geojson::RouteGraph;
-use voronoi_plan::{FreeSpace, GraphParams, Planner, VoronoiGraph};
+use voronoi_plan::{ClearanceField, FreeSpace, GraphParams, Planner, VoronoiGraph};
 
 /// Radius of the robot [m].
 const RADIUS: f64 = 0.25;
@@ -39,7 +39,7 @@ fn graphs_and_routes(c: &mut Criterion) {
             b.iter(|| VoronoiGraph::build(&space, &params));
         });
         let nodes: Vec<_> = graph.nodes.iter().map(|node| node.point).collect();
-        let planner = Planner::new(&space, &graph).expect("a planner");
+        let planner = Planner::new(&space, &graph, ClearanceField::new(&space));
         let mut turn = 0;
         group.bench_function(format!("route/{}", map.name), |b| {
             b.iter(|| {
