@@ -156,9 +156,9 @@ pub(crate) const EMPTY_BINS: Bins = [0; RUN];
 impl RangeEvidence<'_> {
     /// Evidence for a cell whose centre is at (x, y) from the sonar [cells].
     pub(crate) fn at(&self, x: f64, y: f64) -> f32 {
-        let mut value = [0.0];
-        self.add_to(&mut value, x, y, &mut { EMPTY_BINS });
-        value[0]
+        let mut bin = [0];
+        self.find_bins(&mut bin, x, y * y);
+        self.table[bin[0] as usize % TABLE_LEN]
     }
 
     /// Adds the evidence to a run of cells in one row, the first of which has its centre at (x, y) from the
@@ -183,15 +183,19 @@ impl RangeEvidence<'_> {
     #[inline(always)]
     fn add_even(&self, cells: &mut [f32], x: f64, y: f64) {
         let value = self.table[0];
-        let hole = self.blanking_squared - y * y;
-        if hole <= 0.0 {
+        let y_squared = y * y;
+        if self.blanking_squared <= y_squared {
             for cell in cells {
                 *cell += value;
             }
         } else {
             for (step, cell) in (0_i32..).zip(cells) {
                 let x = x + f64::from(step);
-                *cell += if x * x < hole { 0.0 } else { value };
+                *cell += if x * x + y_squared < self.blanking_squared {
+                    0.0
+                } else {
+                    value
+                };
             }
         }
     }

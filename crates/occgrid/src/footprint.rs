@@ -1,27 +1,46 @@
 //! Which cells a beam touches: those whose centre lies in the cone, and all that its axis crosses.
+//!
+//! A row's cells follow from where its lines meet the cone. Where rounding could decide, that is next to an
+//! end, the definition ([`Beam`]) is asked instead.
 
 use std::ops::Range;
 
+use crate::reference::{Beam, to_place_step};
 use crate::{Point2, Pose2};
 
-/// Cone and length are taken this much larger (relative, and in radians), so that centres exactly on the edge are
-/// inside, however their place is rounded.
-const EDGE: f64 = 1e-9;
+/// How exactly the directions of edges are known [rad], with a large reserve.
+const ANGLE_ERROR: f64 = 1e-12;
+
+/// How exactly squares of lengths are known (relative), with a large reserve.
+const SQUARE_ERROR: f64 = 1e-13;
+
+/// How near to a grid line the axis is left to the definition [cells].
+const NEAR: f64 = 1e-6;
 
 /// The sector of one beam on the lattice of cells [cells]: cell (i, j) covers `[i, i+1) x [j, j+1)`, i to the
 /// right, j up.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Footprint {
     apex: [f64; 2],
-    axis: [f64; 2],
-    /// Directions of the cone's clockwise and counter-clockwise edges.
-    right: [f64; 2],
-    left: [f64; 2],
-    reach: f64,
-    /// x per y along the axis and along the two edges.
+    beam: Beam,
+    /// The cone's clockwise and counter-clockwise edges.
+    edges: [Edge; 2],
+    /// x per y along the axis.
     axis_slope: f64,
-    right_slope: f64,
-    left_slope: f64,
+    /// How exactly that gives x.
+    axis_error: f64,
+}
+
+/// An edge of the cone: a bound of each row's x.
+#[derive(Debug, Clone, Copy)]
+struct Edge {
+    direction: [f64; 2],
+    /// x per y.
+    slope: f64,
+    /// How exactly that gives x.
+    error: f64,
+    /// Whether it bounds a row from above.
+    upper: bool,
 }
 
 /// Cells of one row, as columns of the lattice.
@@ -45,23 +64,27 @@ impl Footprint {
     /// corner is at `anchor`.
     pub(crate) fn new(anchor: Pose2, resolution: f64, beam: Pose2, width: f64, reach: f64) -> Self {
         let Point2 { x, y } = anchor.inverse().transform_from(beam.position());
-        let heading = beam.theta - anchor.theta;
-        let direction = |angle: f64| {
+        let beam = Beam::new(beam.theta - anchor.theta, width, reach / resolution);
+        let edge = |angle: f64, turn: f64| {
             let (sin, cos) = angle.sin_cos();
-            [cos, sin]
+            Edge {
+                direction: [cos, sin],
+                slope: if sin == 0.0 { 0.0 } else { cos / sin },
+                error: beam.radius * ANGLE_ERROR / sin.abs(),
+                // a point (x, y) is left of direction d where d.x y - d.y x >= 0, and right of it where <= 0
+                upper: turn * sin > 0.0,
+            }
         };
-        let axis = direction(heading);
-        let right = direction(heading - 0.5 * width - EDGE);
-        let left = direction(heading + 0.5 * width + EDGE);
+        let [dx, dy] = beam.tip;
         Self {
-            apex: [x / resolution, y / resolution],
-            axis,
-            right,
-            left,
-            reach: reach * (1.0 + EDGE) / resolution,
-            axis_slope: axis[0] / axis[1],
-            right_slope: right[0] / right[1],
-            left_slope: left[0] / left[1],
+            apex: [to_place_step(x / resolution), to_place_step(y / resolution)],
+            beam,
+            edges: [
+                edge(beam.heading - beam.half_angle, 1.0),
+                edge(beam.heading + beam.half_angle, -1.0),
+            ],
+            axis_slope: if dy == 0.0 { 0.0 } else { dx / dy },
+            axis_error: NEAR + beam.radius * beam.radius * ANGLE_ERROR / dy.abs(),
         }
     }
 
@@ -72,21 +95,24 @@ impl Footprint {
     /// A rectangle that holds the whole sector; `None` where that is too far away to count cells.
     pub(crate) fn bounds(&self) -> Option<Bounds> {
         /// [cells]; leaves centres exact in `f64` and sums of bounds exact in `i64`
-        const FAR: f64 = (1_u64 << 40) as f64;
-        let mut low = [0.0_f64; 2];
-        let mut high = [0.0_f64; 2];
+        const FAR: f64 = (1_u64 << 31) as f64;
+        let mut low = [self.beam.tip[0].min(0.0), self.beam.tip[1].min(0.0)];
+        let mut high = [self.beam.tip[0].max(0.0), self.beam.tip[1].max(0.0)];
         let cardinals = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]];
-        let inside = cardinals.into_iter().filter(|&d| self.in_cone(d));
-        for d in [self.axis, self.right, self.left].into_iter().chain(inside) {
+        let ends = self.edges.map(|e| e.direction);
+        for (k, d) in ends.into_iter().chain(cardinals).enumerate() {
+            if k >= ends.len() && !self.points_into(d) {
+                continue;
+            }
             for k in 0..2 {
-                low[k] = low[k].min(d[k] * self.reach);
-                high[k] = high[k].max(d[k] * self.reach);
+                low[k] = low[k].min(d[k] * self.beam.radius);
+                high[k] = high[k].max(d[k] * self.beam.radius);
             }
         }
         let range = |k: usize| {
             let (from, to) = (
-                (self.apex[k] + low[k]).floor(),
-                (self.apex[k] + high[k]).floor(),
+                (self.apex[k] + low[k] - NEAR).floor(),
+                (self.apex[k] + high[k] + NEAR).floor(),
             );
             (from.abs() < FAR && to.abs() < FAR).then(|| from as i64..to as i64 + 1)
         };
@@ -96,88 +122,132 @@ impl Footprint {
         })
     }
 
-    fn in_cone(&self, d: [f64; 2]) -> bool {
-        cross(self.right, d) >= 0.0 && cross(d, self.left) >= 0.0
+    /// Whether a direction is inside the cone.
+    fn points_into(&self, d: [f64; 2]) -> bool {
+        let [right, left] = self.edges.map(|e| e.direction);
+        cross(right, d) >= 0.0 && cross(d, left) >= 0.0
     }
 
     /// The cells of row `j` that the beam touches.
     #[inline(always)]
     pub(crate) fn row(&self, j: i64) -> RowSpans {
         let bottom = j as f64 - self.apex[1];
-        let (from, to) = self.cone_chord(bottom + 0.5);
-        let (axis_from, axis_to) = self.axis_chord(bottom);
-        let (mut cone, mut axis) = (0..0, [0..0, 0..0]);
-        if from <= to {
-            let first = (from + self.apex[0] - 0.5).ceil() as i64;
-            let last = (to + self.apex[0] - 0.5).floor() as i64;
-            cone = first..(last + 1).max(first);
-        }
-        // Where the axis is half a cell or more inside the cone, its cells are the cone's.
-        let covered = from + 0.5 < axis_from && axis_to < to - 0.5;
-        if axis_from <= axis_to && !covered {
-            let first = (axis_from + self.apex[0]).floor() as i64;
-            let end = (axis_to + self.apex[0]).floor() as i64 + 1;
-            axis = if cone.is_empty() {
-                [first..end, end..end]
-            } else {
-                [first..end.min(cone.start), first.max(cone.end)..end]
-            };
+        let (cone, chord) = self.cone_cells(bottom + 0.5);
+        let mut axis = [0..0, 0..0];
+        if let Some((from, to)) = self.axis_chord(bottom) {
+            // Where the axis is half a cell or more inside the cone, its cells are the cone's.
+            let reserve = 0.5 + self.axis_error;
+            if !(chord.0 + reserve < from && to < chord.1 - reserve) {
+                axis = self.axis_cells(bottom, from, to, &cone);
+            }
         }
         RowSpans { cone, axis }
     }
 
-    /// Where the cone is on the horizontal line `y` above the apex, from the apex on; empty where from > to.
+    /// The cells whose centres, `y` above the apex, are in the cone, and between which x from the apex on all
+    /// surely are.
     #[inline(always)]
-    fn cone_chord(&self, y: f64) -> (f64, f64) {
-        const EMPTY: (f64, f64) = (1.0, -1.0);
-        let squared = self.reach * self.reach - y * y;
+    fn cone_cells(&self, y: f64) -> (Range<i64>, (f64, f64)) {
+        let squared = self.beam.radius_squared - y * y;
         if squared < 0.0 {
-            return EMPTY;
+            return (0..0, (1.0, -1.0));
         }
-        let to = squared.sqrt();
-        let mut chord = (-to, to);
-        // A point (x, y) is left of direction e where e.x y - e.y x >= 0, and right of it where <= 0.
-        for (e, slope, turn) in [
-            (self.right, self.right_slope, 1.0),
-            (self.left, self.left_slope, -1.0),
-        ] {
-            if turn * e[1] > 0.0 {
-                chord.1 = chord.1.min(y * slope);
-            } else if e[1] != 0.0 {
-                chord.0 = chord.0.max(y * slope);
-            } else if turn * e[0] * y < 0.0 {
-                return EMPTY;
+        let error = self.beam.radius_squared * SQUARE_ERROR;
+        let inner = squared - error;
+        let inner = if inner > 0.0 { inner.sqrt() } else { -1.0 };
+        let outer = (squared + error).sqrt();
+        // Each end lies between an outer and an inner place.
+        let (mut from, mut to) = ((-outer, -inner), (inner, outer));
+        for k in 0..2 {
+            let Edge {
+                slope,
+                error,
+                upper,
+                ..
+            } = self.edges[k];
+            let (low, high) = (y * slope - error, y * slope + error);
+            if upper {
+                to = (least(to.0, low), least(to.1, high));
+            } else {
+                from = (most(from.0, low), most(from.1, high));
             }
         }
-        chord
+        let base = self.apex[0] - 0.5;
+        let (first, last) = ((from.0 + base).ceil(), (to.1 + base).floor());
+        let (first_sure, last_sure) = ((from.1 + base).ceil(), (to.0 + base).floor());
+        let sure = first == first_sure && last == last_sure;
+        let (mut first, mut last) = (first as i64, last as i64);
+        if !sure {
+            (first, last) = self.settle(first, last, y);
+        }
+        (first..(last + 1).max(first), (from.1, to.0))
     }
 
-    /// Where the axis is in the row that starts `bottom` above the apex, from the apex on; empty where
-    /// from > to.
-    #[inline(always)]
-    fn axis_chord(&self, bottom: f64) -> (f64, f64) {
-        const EMPTY: (f64, f64) = (1.0, -1.0);
-        let [dx, dy] = self.axis;
-        let tip = (dx * self.reach, dy * self.reach);
-        let (low, high) = (
-            bottom.max(tip.1.min(0.0)),
-            (bottom + 1.0).min(tip.1.max(0.0)),
-        );
-        if low > high {
-            return EMPTY;
+    /// Takes from both ends of a row what the definition says is outside the cone.
+    #[cold]
+    #[inline(never)]
+    fn settle(&self, mut first: i64, mut last: i64, y: f64) -> (i64, i64) {
+        let inside = |i: i64| self.beam.contains(i as f64 - self.apex[0] + 0.5, y);
+        while first <= last && !inside(first) {
+            first += 1;
         }
+        while first <= last && !inside(last) {
+            last -= 1;
+        }
+        (first, last)
+    }
+
+    /// Where the axis is in the row that starts `bottom` above the apex, from the apex on, up to
+    /// `axis_error`.
+    #[inline(always)]
+    fn axis_chord(&self, bottom: f64) -> Option<(f64, f64)> {
+        let [dx, dy] = self.beam.tip;
+        let low = most(bottom - NEAR, least(dy, 0.0));
+        let high = least(bottom + 1.0 + NEAR, most(dy, 0.0));
+        if low > high {
+            return None;
+        }
+        let (left, right) = (least(dx, 0.0), most(dx, 0.0));
         if dy == 0.0 {
-            return if bottom + 1.0 > 0.0 {
-                (tip.0.min(0.0), tip.0.max(0.0))
-            } else {
-                EMPTY
-            };
+            return Some((left, right));
         }
         let (a, b) = (low * self.axis_slope, high * self.axis_slope);
+        let (from, to) = (least(a, b) - self.axis_error, most(a, b) + self.axis_error);
         // rounding must not carry the ends past the tip of a nearly horizontal axis
-        let clip = |x: f64| x.clamp(tip.0.min(0.0), tip.0.max(0.0));
-        (clip(a.min(b)), clip(a.max(b)))
+        Some((most(from, left - NEAR), least(to, right + NEAR)))
     }
+
+    /// The cells that the axis crosses between two columns and that are not the cone's.
+    #[inline(never)]
+    fn axis_cells(&self, bottom: f64, from: f64, to: f64, cone: &Range<i64>) -> [Range<i64>; 2] {
+        let crossed = |i: i64| self.beam.crosses(i as f64 - self.apex[0], bottom);
+        let mut first = (from + self.apex[0] - NEAR).floor() as i64;
+        let mut last = (to + self.apex[0] + NEAR).floor() as i64;
+        while first <= last && !crossed(first) {
+            first += 1;
+        }
+        while first <= last && !crossed(last) {
+            last -= 1;
+        }
+        let end = last + 1;
+        if cone.is_empty() {
+            [first..end, end..end]
+        } else {
+            [first..end.min(cone.start), first.max(cone.end)..end]
+        }
+    }
+}
+
+/// The smaller of two numbers; one instruction, as neither is NaN.
+#[inline(always)]
+fn least(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// The larger of two numbers.
+#[inline(always)]
+fn most(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }
 
 fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {

@@ -5,7 +5,7 @@ use std::ops::Range;
 use thiserror::Error;
 
 use crate::evidence::{EMPTY_BINS, EvidenceTables, RangeEvidence};
-use crate::footprint::{Bounds, Footprint};
+use crate::footprint::{Bounds, Footprint, RowSpans};
 use crate::frame::MAX_SIDE_CELLS;
 use crate::{Cell, FrameError, MapFrame, Point2, Pose2, Shot, SonarModel, SonarModelError};
 
@@ -280,30 +280,14 @@ impl OccupancyGrid {
             max_cells: self.limits.max_cells,
         })?;
         let covered = self.grow(&bounds)?;
-        let [x, y] = footprint.apex();
-        let width = self.frame.width() as usize;
-        let log_odds = &mut self.log_odds;
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                let mut bins = EMPTY_BINS;
-                for j in bounds.rows {
-                    let spans = footprint.row(j);
-                    let row = (covered.rows.end - 1 - j) as usize * width;
-                    let cells = &mut log_odds[row..row + width];
-                    let y = j as f64 + 0.5 - y;
-                    let [left, right] = spans.axis;
-                    for span in [spans.cone, left, right]
-                        .into_iter()
-                        .filter(|s| !s.is_empty())
-                    {
-                        let at = |i: i64| (i - covered.cols.start) as usize;
-                        let run = &mut cells[at(span.start)..at(span.end)];
-                        evidence.add_to(run, span.start as f64 + 0.5 - x, y, &mut bins);
-                    }
-                }
-            },
-        );
+        pulp::Arch::new().dispatch(AddShot {
+            evidence,
+            footprint,
+            bounds,
+            covered,
+            width: self.frame.width() as usize,
+            log_odds: &mut self.log_odds,
+        });
         Ok(())
     }
 
@@ -354,6 +338,46 @@ impl OccupancyGrid {
         self.log_odds = log_odds;
         self.covered = Some(new.clone());
         Ok(new)
+    }
+}
+
+/// One shot into the cells of a grid that covers it, to be run with the machine's widest registers. (A
+/// struct, for a closure is not inlined into the function that may use them.)
+struct AddShot<'a> {
+    evidence: RangeEvidence<'a>,
+    footprint: Footprint,
+    /// Of the shot.
+    bounds: Bounds,
+    /// Of the grid.
+    covered: Bounds,
+    width: usize,
+    log_odds: &'a mut [f32],
+}
+
+impl pulp::NullaryFnOnce for AddShot<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let [x, y] = self.footprint.apex();
+        let mut bins = EMPTY_BINS;
+        for j in self.bounds.rows {
+            let RowSpans { cone, axis } = self.footprint.row(j);
+            let row = (self.covered.rows.end - 1 - j) as usize * self.width;
+            let cells = &mut self.log_odds[row..row + self.width];
+            let y = j as f64 + 0.5 - y;
+            let column = |i: i64| (i - self.covered.cols.start) as usize;
+            if !cone.is_empty() {
+                let run = &mut cells[column(cone.start)..column(cone.end)];
+                let x = cone.start as f64 + 0.5 - x;
+                self.evidence.add_to(run, x, y, &mut bins);
+            }
+            for k in 0..2 {
+                for i in axis[k].clone() {
+                    cells[column(i)] += self.evidence.at(i as f64 + 0.5 - x, y);
+                }
+            }
+        }
     }
 }
 

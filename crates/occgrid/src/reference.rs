@@ -1,12 +1,11 @@
 //! The definition of a sonar update as plain code: every cell of a box, one `atan2`, one `exp`, one `ln` each.
 //!
 //! The twin of [`OccupancyGrid::update`](crate::OccupancyGrid::update), which gives the same log-odds bit
-//! for bit, except where rounding decides: at a distance halfway between two steps of the tabulated range, and
-//! in cells of whose square the beam's axis touches no more than a corner.
+//! for bit. What lies on the rim of a beam is decided here for both: see [`Beam`].
 
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 
-use crate::{Cell, GridPoint, MapFrame, Reading, Shot, SonarModel};
+use crate::{Cell, MapFrame, Reading, Shot, SonarModel};
 
 /// Increments are multiples of this [log-odds].
 const QUANTUM: f64 = 1.0 / 1024.0;
@@ -17,6 +16,10 @@ const EDGE: f64 = 1e-9;
 /// Steps in which evidence is tabulated over range: from 5 sigma before an echo to 3 behind it, or from the
 /// sonar to the range listened to.
 const RANGE_STEPS: f64 = 1000.0;
+
+/// The sonar's place is taken to 2^-20 of a cell: then the places of cells from it are exact, whatever
+/// frame the cells are counted in.
+const PLACE_STEPS: f64 = (1_u32 << 20) as f64;
 
 /// Adds the evidence of one shot to the log-odds of a grid that does not grow; what the beam touches outside
 /// the frame is dropped.
@@ -30,42 +33,104 @@ pub fn update(frame: &MapFrame, log_odds: &mut [f32], model: &SonarModel, shot: 
         return;
     }
     let reach = reach(model, shot.reading, frame.resolution());
-    let beam = model.map_from_beam(shot);
-    let apex = frame.grid_from_map(beam.position());
-    let heading = beam.theta - frame.origin().theta;
-    let end = GridPoint {
-        col: apex.col + reach / frame.resolution() * heading.cos(),
-        row: apex.row - reach / frame.resolution() * heading.sin(),
-    };
-    let (cols, rows) = sector_box(frame, apex, heading, 0.5 * model.beam_width, reach);
+    let pose = model.map_from_beam(shot);
+    let apex = frame.grid_from_map(pose.position());
+    let apex = [
+        to_place_step(apex.col),
+        to_place_step(f64::from(frame.height()) - apex.row),
+    ];
+    let heading = pose.theta - frame.origin().theta;
+    let beam = Beam::new(heading, model.beam_width, reach / frame.resolution());
+    let (cols, rows) = sector_box(frame, apex, &beam);
     for row in rows.0..rows.1 {
         for col in cols.0..cols.1 {
-            let dx = (f64::from(col) + 0.5 - apex.col) * frame.resolution();
-            let dy = (apex.row - f64::from(row) - 0.5) * frame.resolution();
-            let r = (dx * dx + dy * dy).sqrt();
-            let off_axis = wrapped(dy.atan2(dx) - heading).abs();
-            let in_cone = off_axis <= 0.5 * model.beam_width + EDGE && r <= reach * (1.0 + EDGE);
-            if in_cone || crosses(apex, end, Cell::new(col, row)) {
+            let left = f64::from(col) - apex[0];
+            let bottom = f64::from(frame.height() - 1 - row) - apex[1];
+            let (x, y) = (left + 0.5, bottom + 0.5);
+            if beam.contains(x, y) || beam.crosses(left, bottom) {
                 let index = frame.index(Cell::new(col, row));
-                log_odds[index] += evidence(model, shot.reading, r, frame.resolution());
+                let squared = x * x + y * y;
+                log_odds[index] += evidence(model, shot.reading, squared, frame.resolution());
             }
         }
     }
 }
 
-/// Evidence of a reading for a cell of the given size whose centre is at distance `r` from the sonar
-/// [log-odds].
-fn evidence(model: &SonarModel, reading: Reading, r: f64, resolution: f64) -> f32 {
-    if r < model.blanking * (1.0 - EDGE) {
+/// The place of a sonar as both updates take it [cells].
+pub(crate) fn to_place_step(cells: f64) -> f64 {
+    (cells * PLACE_STEPS).round() / PLACE_STEPS
+}
+
+/// The sector of one shot, seen from the sonar [cells]: x to the right, y up.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Beam {
+    /// -pi..=pi [rad]
+    pub(crate) heading: f64,
+    /// Half the opening angle and a little, less than a right angle [rad].
+    pub(crate) half_angle: f64,
+    /// Where the axis ends.
+    pub(crate) tip: [f64; 2],
+    /// The cone's radius and a little.
+    pub(crate) radius: f64,
+    /// The square of that.
+    pub(crate) radius_squared: f64,
+}
+
+impl Beam {
+    /// A cone of full angle `width` (at most pi) and length `reach` [cells].
+    pub(crate) fn new(heading: f64, width: f64, reach: f64) -> Self {
+        let heading = wrapped(heading);
+        let radius = reach * (1.0 + EDGE);
+        Self {
+            heading,
+            // half a disc ends before its straight edge, which keeps every cone convex
+            half_angle: (0.5 * width + EDGE).min(FRAC_PI_2 - EDGE),
+            tip: [reach * heading.cos(), reach * heading.sin()],
+            radius,
+            radius_squared: radius * radius,
+        }
+    }
+
+    /// Whether a point is in the cone.
+    pub(crate) fn contains(&self, x: f64, y: f64) -> bool {
+        let off_axis = wrapped(y.atan2(x) - self.heading).abs();
+        off_axis <= self.half_angle && x * x + y * y <= self.radius_squared
+    }
+
+    /// Whether the axis meets the closed square of the cell whose lower left corner is at (left, bottom):
+    /// what is left of the axis between the square's four sides.
+    pub(crate) fn crosses(&self, left: f64, bottom: f64) -> bool {
+        let (mut from, mut to) = (0.0_f64, 1.0_f64);
+        for (step, low) in [(self.tip[0], left), (self.tip[1], bottom)] {
+            let high = low + 1.0;
+            if step == 0.0 {
+                if low > 0.0 || high < 0.0 {
+                    return false;
+                }
+            } else {
+                from = from.max((low / step).min(high / step));
+                to = to.min((low / step).max(high / step));
+            }
+        }
+        from <= to
+    }
+}
+
+/// Evidence of a reading for a cell of the given size the square of whose centre's distance from
+/// the sonar is `squared` [cells^2, log-odds].
+fn evidence(model: &SonarModel, reading: Reading, squared: f64, resolution: f64) -> f32 {
+    let blanking = model.blanking * (1.0 - EDGE) / resolution;
+    if squared < blanking * blanking {
         return 0.0;
     }
+    let r = squared.sqrt();
     let log_odds = |p: f64| (p / (1.0 - p)).ln();
     let value = match reading {
         Reading::Echo { range } => {
             let margin = margin(model, resolution);
             let front = 5.0 * model.sigma + margin;
-            let step = (8.0 * model.sigma + 2.0 * margin) / RANGE_STEPS;
-            let k = ((r - range + front) / step + 1e-7)
+            let step = (front + (3.0 * model.sigma + margin)) / RANGE_STEPS;
+            let k = (r * (resolution / step) + ((front - range) / step + 1e-7))
                 .round_ties_even()
                 .max(0.0);
             if k > RANGE_STEPS {
@@ -83,7 +148,9 @@ fn evidence(model: &SonarModel, reading: Reading, r: f64, resolution: f64) -> f3
         }
         Reading::NoEcho { listened } => {
             let listened = listened.min(model.max_range);
-            let k = (r / (listened / RANGE_STEPS) + 1e-7).round_ties_even();
+            let k = (r * (resolution / (listened / RANGE_STEPS)) + 1e-7)
+                .round_ties_even()
+                .max(0.0);
             log_odds(model.occupancy_no_echo(k / RANGE_STEPS, 1.0))
         }
         Reading::TooClose | Reading::Fault => 0.0,
@@ -108,77 +175,42 @@ fn margin(model: &SonarModel, resolution: f64) -> f64 {
 /// How far a reading has anything to say [m].
 fn reach(model: &SonarModel, reading: Reading, resolution: f64) -> f64 {
     match reading {
-        Reading::Echo { range } => range + 3.0 * model.sigma + margin(model, resolution),
+        Reading::Echo { range } => range + (3.0 * model.sigma + margin(model, resolution)),
         Reading::NoEcho { listened } => listened.min(model.max_range),
         Reading::TooClose | Reading::Fault => 0.0,
     }
 }
 
-/// Columns and rows of the frame around the sector.
-fn sector_box(
-    frame: &MapFrame,
-    apex: GridPoint,
-    heading: f64,
-    half_width: f64,
-    reach: f64,
-) -> ((u32, u32), (u32, u32)) {
-    let mut corners = vec![apex];
+/// Columns and rows of the frame around the sector, and a little.
+fn sector_box(frame: &MapFrame, apex: [f64; 2], beam: &Beam) -> ((u32, u32), (u32, u32)) {
+    let mut corners = vec![[0.0, 0.0], beam.tip];
     let quarter_turns = [0.0, 0.5 * PI, PI, 1.5 * PI];
     let extremes = quarter_turns
         .into_iter()
-        .filter(|a| wrapped(a - heading).abs() <= half_width);
-    for angle in [heading - half_width, heading, heading + half_width]
-        .into_iter()
-        .chain(extremes)
+        .filter(|a| wrapped(a - beam.heading).abs() <= beam.half_angle);
+    for angle in [
+        beam.heading - beam.half_angle,
+        beam.heading + beam.half_angle,
+    ]
+    .into_iter()
+    .chain(extremes)
     {
-        corners.push(GridPoint {
-            col: apex.col + reach / frame.resolution() * angle.cos(),
-            row: apex.row - reach / frame.resolution() * angle.sin(),
-        });
+        corners.push([beam.radius * angle.cos(), beam.radius * angle.sin()]);
     }
-    let span = |values: &dyn Fn(&GridPoint) -> f64, side: u32| {
-        let from = corners
-            .iter()
-            .map(values)
-            .fold(f64::INFINITY, f64::min)
-            .floor();
-        let to = corners
-            .iter()
-            .map(values)
-            .fold(f64::NEG_INFINITY, f64::max)
-            .floor()
-            + 1.0;
+    let span = |k: usize, side: u32| {
+        let values = || corners.iter().map(|c| c[k]);
+        let from = (values().fold(f64::INFINITY, f64::min) + apex[k] - 1e-6).floor();
+        let to = (values().fold(f64::NEG_INFINITY, f64::max) + apex[k] + 1e-6).floor() + 1.0;
         (
             from.clamp(0.0, f64::from(side)) as u32,
             to.clamp(0.0, f64::from(side)) as u32,
         )
     };
+    let (bottom, top) = span(1, frame.height());
     (
-        span(&|p| p.col, frame.width()),
-        span(&|p| p.row, frame.height()),
+        span(0, frame.width()),
+        (frame.height() - top, frame.height() - bottom),
     )
-}
-
-/// Whether the segment from `a` to `b` meets the square of a cell: what is left of it between the square's
-/// four sides.
-fn crosses(a: GridPoint, b: GridPoint, cell: Cell) -> bool {
-    let (mut from, mut to) = (0.0_f64, 1.0_f64);
-    for (start, end, low) in [
-        (a.col, b.col, f64::from(cell.col)),
-        (a.row, b.row, f64::from(cell.row)),
-    ] {
-        let (low, high) = (low - start, low + 1.0 - start);
-        let step = end - start;
-        if step == 0.0 {
-            if low > 0.0 || high <= 0.0 {
-                return false;
-            }
-        } else {
-            from = from.max((low / step).min(high / step));
-            to = to.min((low / step).max(high / step));
-        }
-    }
-    from <= to
 }
 
 /// An angle in -pi..=pi.
