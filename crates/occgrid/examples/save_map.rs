@@ -1,6 +1,7 @@
 //! Saves a small map twice and reads it back; with arguments, one save or one load, which is how the
 //! crash tests use it: `save_map save MAP.yaml SEED [plain|scale|raw]..`, `save_map load MAP.yaml`,
 //! `save_map churn MAP.yaml SEED` (save after save, until killed).
+#![expect(clippy::print_stdout, reason = "an example speaks to the terminal")]
 
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
