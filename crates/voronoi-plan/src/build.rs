@@ -1,13 +1,17 @@
 //! From free space to the certified roadmap.
 
-use morpho::BitImage;
+use std::borrow::Cow;
+
+use morpho::distance::at_least;
+use morpho::{BitImage, Border};
 use thiserror::Error;
 
 use crate::bridge::bridge;
 use crate::certify::certify;
 use crate::lattice::Lattice;
 use crate::prune::{Prune, prune_covered};
-use crate::skeleton::trace;
+use crate::samples::{Ranked, Samples};
+use crate::skeleton::trace_ranked;
 use crate::{ClearanceField, FreeSpace, VoronoiGraph};
 
 /// What a roadmap is made for.
@@ -58,40 +62,34 @@ impl VoronoiGraph {
     /// # Errors
     /// [`BuildError::Radius`] where the radius is negative or not finite.
     pub fn build(space: &FreeSpace, params: &GraphParams) -> Result<Self, BuildError> {
-        checked_radius(params)?;
-        Self::build_on(space, &ClearanceField::new(space), params)
-    }
-
-    /// As [`Self::build`], with the clearance field of `space` at hand: the same graph.
-    ///
-    /// # Errors
-    /// As [`Self::build`].
-    ///
-    /// # Panics
-    /// If the field is not of the size of the space.
-    pub fn build_on(
-        space: &FreeSpace,
-        field: &ClearanceField,
-        params: &GraphParams,
-    ) -> Result<Self, BuildError> {
         let radius = checked_radius(params)?;
-        let lattice = Lattice::new(space.cells(), field, radius / space.frame().resolution());
-        Ok(roadmap(space, &lattice, params))
+        let need = ClearanceField::threshold(radius / space.frame().resolution());
+        Ok(roadmap(space, need, params))
     }
 }
 
-fn roadmap(space: &FreeSpace, lattice: &Lattice<'_>, params: &GraphParams) -> VoronoiGraph {
-    let (core, left_out) = foreground(lattice);
-    let mut draft = trace(&morpho::thin::homotopic(&core));
+fn roadmap(space: &FreeSpace, need: u32, params: &GraphParams) -> VoronoiGraph {
+    let free = space.cells();
+    let admissible = at_least(free, need, Border::Background);
+    let left_out = left_out(free, &admissible, need);
+    let mut core = Cow::Borrowed(&admissible);
+    if let Some(left_out) = &left_out {
+        core.to_mut().subtract(left_out);
+    }
+    let skeleton = morpho::thin::homotopic(&core);
+    let pixels = Ranked::new(&skeleton);
+    let mut draft = trace_ranked(&pixels);
+    let samples = Samples::new(free, &pixels);
+    let lattice = Lattice::sampled(free, &admissible, need, Some(&samples));
     if params.prune == Prune::Covered {
         draft = prune_covered(draft, |cell| lattice.squared_doubled(cell));
     }
     draft = draft.merge_clusters(|cell| lattice.squared_doubled(cell));
-    if let Some(left_out) = left_out {
-        draft.keep_to(lattice);
-        draft = bridge(draft, &core, &left_out, lattice);
+    if let Some(left_out) = &left_out {
+        draft.keep_to(&lattice);
+        draft = bridge(draft, &core, left_out, &lattice);
     }
-    certify(draft, space.frame(), lattice, params.radius)
+    certify(draft, space.frame(), &lattice, params.radius)
 }
 
 fn checked_radius(params: &GraphParams) -> Result<f64, BuildError> {
@@ -103,24 +101,26 @@ fn checked_radius(params: &GraphParams) -> Result<f64, BuildError> {
     }
 }
 
-/// The cells to thin, and the cells of the lattice that are not among them, if any lacks the spare
-/// clearance that makes every link between 8-neighbours admissible.
+/// The admissible cells that are not to be thinned, if any lacks the spare clearance that makes every link
+/// between 8-neighbours admissible.
 ///
 /// A point obstacle that keeps `m` from both ends of a link of length `l` keeps `sqrt(m^2 - l^2 / 4)` from
 /// the link, and `l^2 <= 2`: with `(2 m)^2` at least `need + 2` at both ends nothing can go wrong. A cell
 /// below that stays in where every link to a diagonal neighbour is admissible, or can go round by a cell
 /// beside it.
-fn foreground(lattice: &Lattice<'_>) -> (BitImage, Option<BitImage>) {
-    let mut core = lattice.at_least(lattice.need());
-    if !is_clearance(lattice.need()) && !is_clearance(lattice.need().saturating_add(1)) {
-        return (core, None);
+fn left_out(free: &BitImage, admissible: &BitImage, need: u32) -> Option<BitImage> {
+    if !is_clearance(need) && !is_clearance(need.saturating_add(1)) {
+        return None;
     }
-    let mut narrow = core.clone();
-    narrow.subtract(&lattice.at_least(lattice.need().saturating_add(2)));
+    let mut narrow = admissible.clone();
+    narrow.subtract(&at_least(free, need.saturating_add(2), Border::Background));
     if narrow.count_ones() == 0 {
-        return (core, None);
+        return None;
     }
-    let mut left_out = BitImage::new(core.width(), core.height());
+    let lattice = Lattice::sampled(free, admissible, need, None);
+    let (width, height) = (free.width(), free.height());
+    let mut core = admissible.clone();
+    let mut left_out = BitImage::new(width, height);
     for cell in Lattice::cells_of(&narrow) {
         let stuck = lattice.neighbours(cell).any(|other| {
             core.get(other.col as usize, other.row as usize) && lattice.way(cell, other).is_none()
@@ -130,7 +130,7 @@ fn foreground(lattice: &Lattice<'_>) -> (BitImage, Option<BitImage>) {
             core.set(cell.col as usize, cell.row as usize, false);
         }
     }
-    (core, Some(left_out))
+    Some(left_out)
 }
 
 /// Whether `(2 d)^2` of any cell of any map can be this value: squares lie an odd number of half cells

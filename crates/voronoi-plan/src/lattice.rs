@@ -11,7 +11,8 @@ use morpho::BitImage;
 use occgrid::{Cell, GridPoint};
 
 use crate::ClearanceField;
-use crate::pack::pack;
+use crate::nearest::nearest;
+use crate::samples::Samples;
 
 /// The neighbours of a cell, clockwise from east in image coordinates.
 pub(crate) const STEPS: [(i32, i32); 8] = [
@@ -29,9 +30,21 @@ pub(crate) const STEPS: [(i32, i32); 8] = [
 #[derive(Debug, Clone, Copy)]
 pub struct Lattice<'a> {
     free: &'a BitImage,
-    squared_doubled: &'a [u32],
+    clearances: Clearances<'a>,
     need: u32,
     clear_beside: u32,
+}
+
+/// Where the clearances of cells come from.
+#[derive(Debug, Clone, Copy)]
+enum Clearances<'a> {
+    /// All are at hand.
+    Field(&'a [u32]),
+    /// Which cells are admissible is at hand, and the clearances of some; others are searched for.
+    Sampled {
+        admissible: &'a BitImage,
+        samples: Option<&'a Samples<'a>>,
+    },
 }
 
 impl<'a> Lattice<'a> {
@@ -51,7 +64,26 @@ impl<'a> Lattice<'a> {
         let need = ClearanceField::threshold(min);
         Self {
             free,
-            squared_doubled,
+            clearances: Clearances::Field(squared_doubled),
+            need,
+            clear_beside: beside_at_least(need),
+        }
+    }
+
+    /// The same lattice without a field. `admissible` are the free cells whose `(2 d)^2` is at least
+    /// `need`; `samples` the clearances that will be asked for often, if they are at hand.
+    pub(crate) fn sampled(
+        free: &'a BitImage,
+        admissible: &'a BitImage,
+        need: u32,
+        samples: Option<&'a Samples<'a>>,
+    ) -> Self {
+        Self {
+            free,
+            clearances: Clearances::Sampled {
+                admissible,
+                samples,
+            },
             need,
             clear_beside: beside_at_least(need),
         }
@@ -70,13 +102,23 @@ impl<'a> Lattice<'a> {
         if x >= self.free.width() || y >= self.free.height() {
             return 0;
         }
-        self.squared_doubled[y * self.free.width() + x]
+        match self.clearances {
+            Clearances::Field(field) => field[y * self.free.width() + x],
+            Clearances::Sampled { samples, .. } => samples
+                .and_then(|samples| samples.squared_doubled(cell))
+                .unwrap_or_else(|| nearest(self.free, cell).squared_doubled),
+        }
     }
 
     /// Whether the robot may stand at a cell's centre.
     #[must_use]
     pub fn has(&self, cell: Cell) -> bool {
-        self.squared_doubled(cell) >= self.need
+        match self.clearances {
+            Clearances::Field(_) => self.squared_doubled(cell) >= self.need,
+            Clearances::Sampled { admissible, .. } => {
+                admissible.get(cell.col as usize, cell.row as usize)
+            }
+        }
     }
 
     /// Whether the robot may go straight from one cell's centre to that of an 8-neighbour.
@@ -95,16 +137,6 @@ impl<'a> Lattice<'a> {
         let ends = self.squared_doubled(a).min(self.squared_doubled(b));
         self.corner_beside(a, b, ends)
             .map_or(ends, |(squared_doubled, _)| squared_doubled)
-    }
-
-    /// The cells whose `(2 d)^2` is at least a value.
-    pub(crate) fn at_least(&self, squared_doubled: u32) -> BitImage {
-        pack(
-            self.squared_doubled,
-            self.free.width(),
-            self.free.height(),
-            |value| value >= squared_doubled,
-        )
     }
 
     /// The free cells.

@@ -22,6 +22,7 @@ mod plan;
 mod prune;
 mod roadmap;
 mod route;
+mod samples;
 mod skeleton;
 mod square;
 mod straight;

@@ -12,6 +12,7 @@ use occgrid::Cell;
 use crate::NodeKind;
 use crate::draft::{Trace, TraceArc, TraceNode};
 use crate::lattice::STEPS;
+use crate::samples::Ranked;
 
 /// For each set of neighbours (bit `d` for `STEPS[d]`, whose opposite is `STEPS[d ^ 4]`), those to which a
 /// pixel is joined.
@@ -48,21 +49,18 @@ const fn links(around: u8) -> u8 {
 
 /// The set pixels of an image, numbered in raster order, with their links.
 struct Pixels<'a> {
-    image: &'a BitImage,
-    /// Number of the first pixel of each word.
-    first: Vec<u32>,
+    ranked: &'a Ranked<'a>,
     cells: Vec<Cell>,
     links: Vec<u8>,
 }
 
 impl<'a> Pixels<'a> {
-    fn new(image: &'a BitImage) -> Self {
-        let count = image.count_ones();
+    fn new(ranked: &'a Ranked<'a>) -> Self {
+        let image = ranked.image();
         let mut pixels = Self {
-            image,
-            first: Vec::with_capacity(image.words().len()),
-            cells: Vec::with_capacity(count),
-            links: Vec::with_capacity(count),
+            ranked,
+            cells: Vec::with_capacity(ranked.count()),
+            links: Vec::with_capacity(ranked.count()),
         };
         let blank = vec![0; image.stride()];
         for y in 0..image.height() {
@@ -79,7 +77,6 @@ impl<'a> Pixels<'a> {
 
     fn add_row(&mut self, row: u32, rows: [&[u64]; 3]) {
         for (k, &word) in rows[1].iter().enumerate() {
-            self.first.push(self.cells.len() as u32);
             if word == 0 {
                 continue;
             }
@@ -116,17 +113,20 @@ impl<'a> Pixels<'a> {
         }
         let cell = self.cells[pixel];
         let (dx, dy) = STEPS[d as usize];
-        let x = cell.col.wrapping_add_signed(dx) as usize;
-        let y = cell.row.wrapping_add_signed(dy) as usize;
-        let k = y * self.image.stride() + x / 64;
-        let before = self.image.words()[k] & ((1 << (x % 64)) - 1);
-        self.first[k] as usize + before.count_ones() as usize
+        let col = cell.col.wrapping_add_signed(dx);
+        let row = cell.row.wrapping_add_signed(dy);
+        self.ranked.rank(Cell::new(col, row)).unwrap_or(pixel)
     }
 }
 
 /// Traces an image. Linear in its words and set pixels.
 pub(crate) fn trace(image: &BitImage) -> Trace {
-    let pixels = Pixels::new(image);
+    trace_ranked(&Ranked::new(image))
+}
+
+/// As [`trace`], with the pixels numbered already.
+pub(crate) fn trace_ranked(ranked: &Ranked<'_>) -> Trace {
+    let pixels = Pixels::new(ranked);
     let mut trace = Trace::default();
     let mut node_of = vec![u32::MAX; pixels.cells.len()];
     for (pixel, &cell) in pixels.cells.iter().enumerate() {

@@ -53,7 +53,7 @@ impl Metric for Squares {
 pub(super) const FAR: u32 = (1 << 31) - 1;
 
 /// Pixels of a block, which look outward together.
-const BLOCK: usize = 64;
+pub(super) const BLOCK: usize = 64;
 /// How far a block looks before its row goes through the lower envelopes instead.
 const REACH: usize = 128;
 /// How many steps a block takes between looking whether it may stop.
@@ -120,7 +120,7 @@ impl<M: Metric> pulp::NullaryFnOnce for Job<'_, M> {
 
 /// One row further from the background: the distances of 64 pixels.
 #[inline(always)]
-fn step(word: u64, distances: &mut [u16; BLOCK]) {
+pub(super) fn step(word: u64, distances: &mut [u16; BLOCK]) {
     for part in 0..BLOCK / 16 {
         let bits = (word >> (16 * part)) as u16;
         for i in 0..16 {

@@ -32,6 +32,18 @@ fn rounds(short: u64) -> u64 {
     }
 }
 
+/// Pixels taken out one by one are those of the whole.
+fn check_samples(image: &BitImage, border: Border, squares: &[u32], random: &mut Random) {
+    let (width, height) = (image.width(), image.height());
+    let wanted = random.image(width, height);
+    let want: Vec<u32> = (0..width * height)
+        .filter(|&i| wanted.get(i % width, i / width))
+        .map(|i| squares[i])
+        .collect();
+    let found = distance::sampled_to_squares(image, &wanted, border);
+    assert!(found == want, "{image:?} {wanted:?}");
+}
+
 const SIDES: [usize; 14] = [0, 1, 2, 3, 5, 8, 17, 31, 63, 64, 65, 127, 128, 129];
 
 #[test]
@@ -53,6 +65,7 @@ fn equals_the_definition() {
                 reference::distance::squared_to_squares(&image, border),
                 "{image:?}"
             );
+            check_samples(&image, border, &squares, &mut random);
             for least in [0, 1, 2, 9, 10, 16, 17, 100, 1000] {
                 let want = BitImage::from_fn(width, height, |x, y| {
                     image.get(x, y) && squares[y * width + x] >= least
@@ -93,6 +106,7 @@ fn equals_the_definition_over_long_reaches() {
                 squares == reference::distance::squared_to_squares(&image, border),
                 "{width} x {height}, {obstacles:?}"
             );
+            check_samples(&image, border, &squares, &mut random);
             for least in [4000, 4 * 64 * 64, 70_000] {
                 let want = BitImage::from_fn(width, height, |x, y| {
                     image.get(x, y) && squares[y * width + x] >= least

@@ -215,7 +215,7 @@ fn judge(space: &FreeSpace, radius: f64, queries: usize, seed: u64) -> Option<Ta
         radius,
         ..GraphParams::default()
     };
-    let graph = VoronoiGraph::build_on(space, &field, &params).expect("a radius");
+    let graph = VoronoiGraph::build(space, &params).expect("a radius");
     let planner = Planner::new(space, &graph, field);
     let in_cells = radius / frame.resolution();
     let mut grid = Grid::new(space.cells(), in_cells);

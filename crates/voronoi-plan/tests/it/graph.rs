@@ -103,8 +103,8 @@ fn real_maps_keep_their_radius_and_their_components() {
         let space = FreeSpace::from_map(&map);
         let field = ClearanceField::new(&space);
         for radius in [0.0, 0.05, 0.175, 0.3] {
-            let graph = VoronoiGraph::build_on(&space, &field, &params(radius, Prune::Covered))
-                .expect("a graph");
+            let graph =
+                VoronoiGraph::build(&space, &params(radius, Prune::Covered)).expect("a graph");
             assert_eq!(graph.crossings(), 0, "{file} {radius}");
             let edges = graph.arcs.iter().zip(0..).map(|(arc, id)| EdgeLine {
                 id,

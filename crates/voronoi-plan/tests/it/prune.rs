@@ -63,7 +63,7 @@ proptest! {
         let field = ClearanceField::new(&space);
         let graph = |prune| {
             let params = GraphParams { radius: radius * 0.1, prune };
-            VoronoiGraph::build_on(&space, &field, &params).expect("a graph")
+            VoronoiGraph::build(&space, &params).expect("a graph")
         };
         let (all, kept) = (graph(Prune::Nothing), graph(Prune::Covered));
         prop_assert_eq!(all.components(), kept.components());
