@@ -145,7 +145,7 @@ impl EvidenceTables {
 const RUN: usize = 128;
 
 /// Runs are padded to whole vectors.
-const LANES: usize = 16;
+const LANES: usize = 8;
 
 /// Room for the bins of a run.
 pub(crate) type Bins = [u32; RUN];
@@ -205,7 +205,11 @@ impl RangeEvidence<'_> {
         let mut first = x;
         for run in cells.chunks_mut(RUN) {
             let padded = run.len().next_multiple_of(LANES);
-            self.find_bins(&mut bins[..padded], first, y * y);
+            let mut x = first;
+            for vector in bins[..padded].chunks_exact_mut(LANES) {
+                self.find_bins(vector, x, y * y);
+                x += LANES as f64;
+            }
             for (cell, &bin) in run.iter_mut().zip(bins.iter()) {
                 *cell += self.table[bin as usize % TABLE_LEN];
             }

@@ -5,8 +5,8 @@
 
 use std::ops::Range;
 
+use crate::Pose2;
 use crate::reference::{Beam, to_place_step};
-use crate::{Point2, Pose2};
 
 /// How exactly the directions of edges are known [rad], with a large reserve.
 const ANGLE_ERROR: f64 = 1e-12;
@@ -63,10 +63,16 @@ impl Footprint {
     /// The footprint of a cone of full angle `width` (at most pi) and length `reach` [m] on a lattice whose
     /// corner is at `anchor`.
     pub(crate) fn new(anchor: Pose2, resolution: f64, beam: Pose2, width: f64, reach: f64) -> Self {
-        let Point2 { x, y } = anchor.inverse().transform_from(beam.position());
+        let (sin, cos) = anchor.theta.sin_cos();
+        let (dx, dy) = (beam.x - anchor.x, beam.y - anchor.y);
+        let (x, y) = (cos * dx + sin * dy, cos * dy - sin * dx);
         let beam = Beam::new(beam.theta - anchor.theta, width, reach / resolution);
-        let edge = |angle: f64, turn: f64| {
-            let (sin, cos) = angle.sin_cos();
+        let ([axis_cos, axis_sin], (half_sin, half_cos)) =
+            (beam.direction, beam.half_angle.sin_cos());
+        let edge = |turn: f64| {
+            // the axis turned clockwise, or the other way
+            let cos = axis_cos * half_cos + turn * axis_sin * half_sin;
+            let sin = axis_sin * half_cos - turn * axis_cos * half_sin;
             Edge {
                 direction: [cos, sin],
                 slope: if sin == 0.0 { 0.0 } else { cos / sin },
@@ -79,12 +85,11 @@ impl Footprint {
         Self {
             apex: [to_place_step(x / resolution), to_place_step(y / resolution)],
             beam,
-            edges: [
-                edge(beam.heading - beam.half_angle, 1.0),
-                edge(beam.heading + beam.half_angle, -1.0),
-            ],
+            edges: [edge(1.0), edge(-1.0)],
             axis_slope: if dy == 0.0 { 0.0 } else { dx / dy },
-            axis_error: NEAR + beam.radius * beam.radius * ANGLE_ERROR / dy.abs(),
+            // rows are taken larger by NEAR, too
+            axis_error: NEAR
+                + (NEAR * dx.abs() + beam.radius * beam.radius * ANGLE_ERROR) / dy.abs(),
         }
     }
 
@@ -173,10 +178,9 @@ impl Footprint {
             }
         }
         let base = self.apex[0] - 0.5;
-        let (first, last) = ((from.0 + base).ceil(), (to.1 + base).floor());
-        let (first_sure, last_sure) = ((from.1 + base).ceil(), (to.0 + base).floor());
-        let sure = first == first_sure && last == last_sure;
-        let (mut first, mut last) = (first as i64, last as i64);
+        let mut first = (from.0 + base).ceil() as i64;
+        let mut last = (to.1 + base).floor() as i64;
+        let sure = first == (from.1 + base).ceil() as i64 && last == (to.0 + base).floor() as i64;
         if !sure {
             (first, last) = self.settle(first, last, y);
         }
@@ -218,16 +222,16 @@ impl Footprint {
     }
 
     /// The cells that the axis crosses between two columns and that are not the cone's.
-    #[inline(never)]
+    #[inline(always)]
     fn axis_cells(&self, bottom: f64, from: f64, to: f64, cone: &Range<i64>) -> [Range<i64>; 2] {
-        let crossed = |i: i64| self.beam.crosses(i as f64 - self.apex[0], bottom);
-        let mut first = (from + self.apex[0] - NEAR).floor() as i64;
-        let mut last = (to + self.apex[0] + NEAR).floor() as i64;
-        while first <= last && !crossed(first) {
-            first += 1;
-        }
-        while first <= last && !crossed(last) {
-            last -= 1;
+        let (from, to) = (from + self.apex[0] - NEAR, to + self.apex[0] + NEAR);
+        let (mut first, mut last) = (from.floor() as i64, to.floor() as i64);
+        let error = 2.0 * self.axis_error + 4.0 * NEAR;
+        let sure = first == (from + error).floor() as i64
+            && last == (to - error).floor() as i64
+            && self.axis_is_inside(bottom);
+        if !sure {
+            (first, last) = self.settle_axis(first, last, bottom);
         }
         let end = last + 1;
         if cone.is_empty() {
@@ -235,6 +239,27 @@ impl Footprint {
         } else {
             [first..end.min(cone.start), first.max(cone.end)..end]
         }
+    }
+
+    /// Whether part of the axis is well inside the row that starts `bottom` above the apex.
+    #[inline(always)]
+    fn axis_is_inside(&self, bottom: f64) -> bool {
+        let dy = self.beam.tip[1];
+        most(bottom, least(dy, 0.0)) + 4.0 * NEAR < least(bottom + 1.0, most(dy, 0.0))
+    }
+
+    /// Takes from both ends of a row what the definition says the axis does not cross.
+    #[cold]
+    #[inline(never)]
+    fn settle_axis(&self, mut first: i64, mut last: i64, bottom: f64) -> (i64, i64) {
+        let crossed = |i: i64| self.beam.crosses(i as f64 - self.apex[0], bottom);
+        while first <= last && !crossed(first) {
+            first += 1;
+        }
+        while first <= last && !crossed(last) {
+            last -= 1;
+        }
+        (first, last)
     }
 }
 

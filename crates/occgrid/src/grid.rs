@@ -281,8 +281,8 @@ impl OccupancyGrid {
         })?;
         let covered = self.grow(&bounds)?;
         pulp::Arch::new().dispatch(AddShot {
-            evidence,
-            footprint,
+            evidence: &evidence,
+            footprint: &footprint,
             bounds,
             covered,
             width: self.frame.width() as usize,
@@ -344,8 +344,8 @@ impl OccupancyGrid {
 /// One shot into the cells of a grid that covers it, to be run with the machine's widest registers. (A
 /// struct, for a closure is not inlined into the function that may use them.)
 struct AddShot<'a> {
-    evidence: RangeEvidence<'a>,
-    footprint: Footprint,
+    evidence: &'a RangeEvidence<'a>,
+    footprint: &'a Footprint,
     /// Of the shot.
     bounds: Bounds,
     /// Of the grid.
@@ -372,8 +372,8 @@ impl pulp::NullaryFnOnce for AddShot<'_> {
                 let x = cone.start as f64 + 0.5 - x;
                 self.evidence.add_to(run, x, y, &mut bins);
             }
-            for k in 0..2 {
-                for i in axis[k].clone() {
+            for span in axis {
+                for i in span {
                     cells[column(i)] += self.evidence.at(i as f64 + 0.5 - x, y);
                 }
             }

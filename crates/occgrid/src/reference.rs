@@ -68,6 +68,8 @@ pub(crate) struct Beam {
     pub(crate) heading: f64,
     /// Half the opening angle and a little, less than a right angle [rad].
     pub(crate) half_angle: f64,
+    /// Of the axis, of length 1.
+    pub(crate) direction: [f64; 2],
     /// Where the axis ends.
     pub(crate) tip: [f64; 2],
     /// The cone's radius and a little.
@@ -79,13 +81,19 @@ pub(crate) struct Beam {
 impl Beam {
     /// A cone of full angle `width` (at most pi) and length `reach` [cells].
     pub(crate) fn new(heading: f64, width: f64, reach: f64) -> Self {
-        let heading = wrapped(heading);
+        let heading = if heading.abs() <= PI {
+            heading
+        } else {
+            wrapped(heading)
+        };
+        let (sin, cos) = heading.sin_cos();
         let radius = reach * (1.0 + EDGE);
         Self {
             heading,
+            direction: [cos, sin],
             // half a disc ends before its straight edge, which keeps every cone convex
             half_angle: (0.5 * width + EDGE).min(FRAC_PI_2 - EDGE),
-            tip: [reach * heading.cos(), reach * heading.sin()],
+            tip: [reach * cos, reach * sin],
             radius,
             radius_squared: radius * radius,
         }
