@@ -166,7 +166,8 @@ impl RangeEvidence<'_> {
     #[inline(always)]
     pub(crate) fn add_to(&self, cells: &mut [f32], x: f64, y: f64, bins: &mut Bins) {
         let chord = self.even_squared - y * y;
-        if chord <= 0.0 {
+        // what fits one vector is not worth taking apart
+        if chord <= 0.0 || cells.len() <= LANES {
             return self.add_looked_up(cells, x, y, bins);
         }
         // The cells in the middle, |x| <= sqrt(chord), all get the same.

@@ -204,9 +204,11 @@ mod tests {
         assert_eq!([256, 257, 65_534, 65_535].map(level8), [0, 1, 254, 255]);
         assert_eq!(level16(1, 1), 65_535);
         assert_eq!(level16(3, 7), 28_086);
+        #[cfg(feature = "image")]
         assert_eq!(luma16(257, 257, 257), 257);
     }
 
+    #[cfg(feature = "image")]
     #[test]
     fn luma_in_whole_numbers_is_the_same_for_all_colours() {
         let wide = |level: u8| u16::from(level) * 257;

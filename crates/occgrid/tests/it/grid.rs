@@ -612,6 +612,10 @@ fn speed() {
     }
 }
 
+#[expect(
+    clippy::print_stdout,
+    reason = "a timing is read by whoever asked for it"
+)]
 fn time_updates(resolution: f64, model: &SonarModel, shots: &[Shot]) {
     let mut grid = OccupancyGrid::new(resolution).expect("a valid resolution");
     grid.integrate(model, shots).expect("valid shots");
