@@ -93,10 +93,9 @@ pub fn at_least(image: &BitImage, min_squared_doubled: u32, border: Border) -> B
     let reach = (min_squared_doubled - 1).isqrt().div_ceil(2) as usize;
     if reach > LARGEST_DISK {
         let distance = squared_to_squares(image, border);
-        let width = image.width();
-        return BitImage::from_fn(width, image.height(), |x, y| {
-            image.get(x, y) && distance[y * width + x] >= min_squared_doubled
-        });
+        let far = distance.iter().map(|&d| u8::from(d >= min_squared_doubled));
+        let far: Vec<u8> = far.collect();
+        return crate::threshold(&far, image.width(), image.height(), 1);
     }
     let edge = |n: usize| (2 * n.abs_diff(reach)).saturating_sub(1).pow(2);
     let side = 2 * reach + 1;
