@@ -39,9 +39,11 @@ const CELL_LIMIT: f32 = 4.0;
 /// Share of a shot's last hidden state that stays in the next pass: keeps pairs of shots from swinging.
 const DAMPING: f64 = 0.3;
 /// Slope at which evidence for free counts, from the doubt up to its full value.
-const RAMP: f64 = 8.0;
+const RAMP: f64 = 50.0;
 /// Slope of what is left of doubtful evidence: keeps its order.
-const GUESS: f64 = 0.05;
+const GUESS: f64 = 0.02;
+/// Evidence for occupied that counts as doubtful still [log-odds].
+const SLIGHT: f64 = 0.1;
 
 /// Why a refinement was refused.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -270,9 +272,8 @@ fn pass(
 }
 
 /// Log-odds of a cell from the sum of its messages, monotone but for the untouched cells, which stay at 0. Past the
-/// doubt, evidence for free soon counts in full; evidence for occupied only in so far as it exceeds the doubt, for
-/// what is not free is often no wall either (held echoes, the band before a wall). Doubtful places come out just
-/// above 0: not free, and unknown to anyone who asks for more than a guess.
+/// doubt, evidence for free soon counts in full; evidence for occupied in so far as it is more than slight. Doubtful
+/// places come out just above 0: not free, and unknown to anyone who asks for more than a guess.
 fn finish(sum: f64, params: &RefineParams) -> f32 {
     let doubt = params.doubt;
     let log_odds = if sum.abs() <= f64::EPSILON {
@@ -280,7 +281,7 @@ fn finish(sum: f64, params: &RefineParams) -> f32 {
     } else if sum < -doubt {
         (RAMP * (sum + doubt)).max(params.free_gain * sum)
     } else {
-        GUESS * (sum.min(doubt) + doubt) + params.occupied_gain * (sum - doubt).max(0.0)
+        GUESS * (sum.min(SLIGHT) + doubt) + params.occupied_gain * (sum - SLIGHT).max(0.0)
     };
     log_odds as f32
 }

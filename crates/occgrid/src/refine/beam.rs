@@ -9,8 +9,9 @@ use super::rays::Ray;
 
 /// Parts of an arc that may have reflected, each a surface tangent to the arc at its middle.
 pub(super) const PARTS: usize = 11;
-/// The range of a surface is blurred by its Gaussian at three places: offset [sigma] and weight.
-const BLUR: [(f64, f32); 3] = [(-1.22, 0.2), (0.0, 0.6), (1.22, 0.2)];
+/// The range of a surface is blurred by its Gaussian at three places: offset [sigma] and weight, 1 in the middle: where
+/// shots agree on a surface, they are to find a wall however large their sigma is.
+const BLUR: [(f64, f32); 3] = [(-1.22, 0.33), (0.0, 1.0), (1.22, 0.33)];
 /// How much weaker the beam is at its edge than on its axis, as 1 - this.
 const EDGE_LOSS: f64 = 0.9;
 const NOWHERE: u32 = u32::MAX;
@@ -85,6 +86,7 @@ impl Scratch {
     fn collect_passed(&mut self, ray: &Ray, sigma: f64) {
         let p = &self.params;
         let res = self.frame.resolution();
+        let hit = ray.fresh * (p.hit - 0.5);
         let reach = if ray.echo {
             ray.range + 3.0 * sigma
         } else {
@@ -132,7 +134,7 @@ impl Scratch {
                     self.entries.push(Entry {
                         index,
                         passed: (front * (0.5 - occupancy) * fade) as f32,
-                        hit: ((1.0 - front) * (p.hit - 0.5)) as f32,
+                        hit: ((1.0 - front) * hit) as f32,
                         in_the_way: (p.blocking * front * lobe(u2) * share) as f32,
                         cover: 0.0,
                         others: 0.0,
@@ -149,7 +151,7 @@ impl Scratch {
         let origin = self.frame.origin().inverse();
         let beam = origin.compose(ray.beam);
         let (sin, cos) = (beam.theta + part_offset(part) * 0.5 * self.beam_width).sin_cos();
-        let hit = (p.hit - 0.5) as f32;
+        let hit = (ray.fresh * (p.hit - 0.5)) as f32;
         for (offset, weight) in BLUR {
             let range = ray.range + offset * sigma - 0.5 * p.late;
             let mut last = NOWHERE;

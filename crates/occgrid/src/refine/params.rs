@@ -3,8 +3,9 @@
 use super::RefineError;
 
 /// Parameters of the refinement. The defaults come from a search on simulated rooms of many shapes with a slow,
-/// wide, often deaf sonar; among sets that did equally well there, the patch, the doubt and the gains were settled
-/// with a look at three real scans. Sizes are lengths and angles, never cells.
+/// wide, often deaf sonar (beam width, reach, deafness and held values vary);
+/// among sets that did about equally well there, the patch, the doubt, the gains and what a held echo counts were
+/// settled with a look at three real scans and one corridor. Sizes are lengths and angles, never cells.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
@@ -28,6 +29,10 @@ pub struct RefineParams {
     pub passed_reach: f64,
     /// Occupancy of a place on the surface that reflected, 0.5 to 0.999.
     pub hit: f64,
+    /// Share of that evidence that is left where the sonar turned on the spot by a beam width or more and still
+    /// reads the same to the digit, 0 to 1: a sensor that repeats its last value when an echo is lost. 1 for a
+    /// sensor that never does.
+    pub hit_if_held: f64,
     /// Half the length of a surface that reflects as one, tangent to the arc [m], 0.005 to 2. Raising it
     /// closes gaps, and narrow doors with them.
     pub patch: f64,
@@ -46,13 +51,13 @@ pub struct RefineParams {
     pub same_place: f64,
     /// 1: overlapping shots from one place count as one; 0: as independent.
     pub redundancy: f64,
-    /// Places with less evidence than this on either side are doubtful: p = 0.5 to 0.52, not free, and unknown
-    /// to whoever asks for more than a guess; 0 to 5 [log-odds before the gains]. Raising it calls fewer
-    /// walls free, and fewer free places too.
+    /// Places with less evidence for free than this, and next to none for occupied, are doubtful: p = 0.5 to
+    /// 0.52, not free, and unknown to whoever asks for more than a guess; 0 to 5 [log-odds before the gains].
+    /// Raising it calls fewer walls free, and fewer free places too.
     pub doubt: f64,
     /// Factor on evidence for free, 0.1 to 5.
     pub free_gain: f64,
-    /// Factor on what evidence for occupied exceeds the doubt, 0.1 to 5.
+    /// Factor on evidence for occupied, 0.1 to 5.
     pub occupied_gain: f64,
     /// Work allowed, as visits of a shot to a cell, 1e5 to 1e12. A log that needs more is thinned first:
     /// shots alike in place, direction and range become one. A visit takes 10 to 30 ns.
@@ -63,24 +68,25 @@ impl Default for RefineParams {
     fn default() -> Self {
         Self {
             iterations: 6,
-            false_echoes: 0.02,
-            false_silences: 0.4,
-            passed: 0.034,
-            passed_at_edge: 0.42,
-            passed_in_silence: 0.41,
-            passed_reach: 3.9,
-            hit: 0.9,
+            false_echoes: 0.01,
+            false_silences: 0.2,
+            passed: 0.01,
+            passed_at_edge: 0.4,
+            passed_in_silence: 0.3,
+            passed_reach: 2.8,
+            hit: 0.93,
+            hit_if_held: 0.0,
             patch: 0.1,
             patch_tail: 0.3,
             relative_sigma: 0.035,
-            late: 0.01,
+            late: 0.005,
             prior: -2.5,
             blocking: 1.0,
             same_place: 0.07,
             redundancy: 0.95,
-            doubt: 0.74,
+            doubt: 1.0,
             free_gain: 2.4,
-            occupied_gain: 1.1,
+            occupied_gain: 0.7,
             max_visits: 4e8,
         }
     }
@@ -92,7 +98,7 @@ impl RefineParams {
     /// # Errors
     /// [`RefineError::Parameter`] names the first field that is out of range.
     pub fn validate(&self) -> Result<(), RefineError> {
-        let fields: [(&'static str, f64, f64, f64); 20] = [
+        let fields: [(&'static str, f64, f64, f64); 21] = [
             ("iterations", f64::from(self.iterations), 1.0, 100.0),
             ("false_echoes", self.false_echoes, 0.001, 0.9),
             ("false_silences", self.false_silences, 0.001, 0.99),
@@ -101,6 +107,7 @@ impl RefineParams {
             ("passed_in_silence", self.passed_in_silence, 0.001, 0.5),
             ("passed_reach", self.passed_reach, 0.05, 1000.0),
             ("hit", self.hit, 0.5, 0.999),
+            ("hit_if_held", self.hit_if_held, 0.0, 1.0),
             ("patch", self.patch, 0.005, 2.0),
             ("patch_tail", self.patch_tail, 0.005, 2.0),
             ("relative_sigma", self.relative_sigma, 0.0, 0.2),

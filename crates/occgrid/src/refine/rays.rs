@@ -1,7 +1,7 @@
 //! The shots of a log as the refinement uses them: in canonical order, weighted, thinned to the work allowed.
 
 use std::collections::BTreeMap;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use crate::{GridError, Pose2, Reading, Shot, SonarModel};
 
@@ -24,6 +24,8 @@ pub(super) struct Ray {
     pub(super) weight: f64,
     /// Probability that the reading means what it says; 0 before the first pass, so that it has said nothing.
     pub(super) trust: f64,
+    /// Share of its evidence of hitting that counts: 1, or less if it repeats the reading before.
+    pub(super) fresh: f64,
     /// Probability that each part of the arc reflected.
     pub(super) shares: [f32; PARTS],
 }
@@ -46,6 +48,7 @@ pub(super) fn prepare(
             .partial_cmp(&canonical(b))
             .unwrap_or(a.shot.cmp(&b.shot))
     });
+    mark_repeats(&mut rays, shots, model, params);
     weigh(&mut rays, model, params);
     Ok(thin(rays, model, params, resolution))
 }
@@ -73,6 +76,7 @@ fn ray_of(index: usize, shot: &Shot, model: &SonarModel) -> Result<Option<Ray>, 
             range: range.min(model.max_range),
             weight: 1.0,
             trust: 0.0,
+            fresh: 1.0,
             shares: [0.0; PARTS],
         }
     }))
@@ -81,6 +85,36 @@ fn ray_of(index: usize, shot: &Shot, model: &SonarModel) -> Result<Option<Ray>, 
 fn canonical(ray: &Ray) -> [f64; 5] {
     let kind = if ray.echo { 0.0 } else { 1.0 };
     [ray.beam.x, ray.beam.y, ray.beam.theta, kind, ray.range]
+}
+
+/// Ranges that differ by less are the same value [m].
+const SAME_RANGE: f64 = 1e-6;
+
+/// Finds the echoes that repeat the last value while the sonar turns on the spot. One thing answers over no more than
+/// a beam width; a sensor that goes on saying the same has lost its echo and holds the value. That nothing nearer
+/// answered is true all the same, so only the evidence of hitting fades, with the overlap of the beam with the one
+/// that first read this value.
+fn mark_repeats(rays: &mut [Ray], shots: &[Shot], model: &SonarModel, params: &RefineParams) {
+    let stamp = |ray: &Ray| shots[ray.shot].stamp;
+    let mut order: Vec<usize> = (0..rays.len()).collect();
+    order.sort_by(|&a, &b| {
+        let by_time = stamp(&rays[a]).total_cmp(&stamp(&rays[b]));
+        by_time.then(a.cmp(&b))
+    });
+    let mut turned = 0.0;
+    for pair in order.windows(2) {
+        let (last, ray) = (&rays[pair[0]], &rays[pair[1]]);
+        let moved = (last.beam.x - ray.beam.x).hypot(last.beam.y - ray.beam.y);
+        let same = (last.range - ray.range).abs() < SAME_RANGE;
+        let turn = (ray.beam.theta - last.beam.theta + PI).rem_euclid(TAU) - PI;
+        turned = if last.echo && ray.echo && same && moved < params.same_place {
+            turned + turn.abs()
+        } else {
+            0.0
+        };
+        let overlap = 1.0 - turned / model.beam_width;
+        rays[pair[1]].fresh = overlap.max(params.hit_if_held);
+    }
 }
 
 /// Place and direction, quantised.

@@ -156,8 +156,8 @@ fn check([plain, refined, nav2, mrpt, paper]: &[Score; 5], dense: &[Score; 5]) {
     }
 }
 
-/// Measured: plain 0.369, refined 0.303 (dense 0.918, 0.294); Nav2 0.398, MRPT 0.657, paper 2.82. Walls called
-/// free: refined 9.8 % at 75.9 % of the free cells.
+/// Measured: plain 0.369, refined 0.265 (dense 0.918, 0.208); Nav2 0.398, MRPT 0.657, paper 2.82. Walls called
+/// free: refined 6.1 % at 76.5 % of the free cells (dense 9.8 % at 84.4 %).
 #[test]
 fn maps_of_the_real_arena() {
     let case = [real(RESOLUTION)];
@@ -165,12 +165,14 @@ fn maps_of_the_real_arena() {
     check(&sparse, &dense);
     let [plain, refined, ..] = sparse;
     assert!(refined.log_loss <= 0.85 * plain.log_loss);
-    assert!(refined.wall_free <= 0.10 && refined.recall >= 0.75);
-    assert!(refined.at_75 <= 0.10);
+    for map in [&refined, &dense[1]] {
+        assert!(map.wall_free <= 0.10 && map.recall >= 0.75);
+        assert!(map.at_80 <= 0.10);
+    }
 }
 
-/// Rooms of all shapes, where fewer echoes are held: the refined map's log-loss is only that of the plain one, but
-/// it calls far fewer walls free.
+/// Rooms of all shapes, where fewer echoes are held: the refined map's log-loss is little below that of the plain
+/// one (0.245 to 0.255), but it calls far fewer walls free (9.9 % at 79.8 %, to 49.8 % at 95.7 %).
 #[test]
 fn maps_of_simulated_rooms() {
     let long = std::env::var_os("MOBOT_LONG").is_some();
@@ -179,9 +181,43 @@ fn maps_of_simulated_rooms() {
     let dense = table("simulated", &cases, true);
     check(&sparse, &dense);
     let [plain, refined, ..] = sparse;
-    assert!(refined.log_loss <= 1.05 * plain.log_loss);
-    assert!(refined.wall_free <= 0.5 * plain.wall_free && refined.recall >= 0.75);
+    assert!(refined.log_loss <= plain.log_loss);
+    assert!(refined.wall_free <= 0.10 && refined.recall >= 0.75);
     assert!(refined.at_75 <= plain.at_75 && refined.at_80 <= plain.at_80);
+}
+
+/// A corridor driven along with eight sonars, in cells of 10 cm. Measured: 528 cells of wall, 70 of them p >= 0.9.
+#[test]
+fn a_corridor_has_walls() {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../testdata/sonar");
+    let file = File::open(folder.join("udacity-robond/log.csv")).expect("the log is there");
+    let shots = read_log(file).expect("the log is valid");
+    let model = SonarModel {
+        beam_width: 0.349,
+        sigma: 0.1,
+        max_range: 5.0,
+        blanking: 0.17,
+        ..SonarModel::default()
+    };
+    let mut plain = OccupancyGrid::new(0.1).expect("resolution");
+    plain.integrate(&model, &shots).expect("shots are valid");
+    let params = RefineParams::default();
+    let grid = refine(&shots, &model, &plain, &params).expect("shots are valid");
+    let occupied = |p: f32| {
+        let limit = (p / (1.0 - p)).ln();
+        grid.log_odds().iter().filter(|&&l| l >= limit).count()
+    };
+    assert!(occupied(0.65) >= 400, "{}", occupied(0.65));
+    assert!(occupied(0.9) >= 40, "{}", occupied(0.9));
+    // no wall where the robot has been
+    for shot in &shots {
+        let cell = grid
+            .frame()
+            .cell_at(shot.map_from_base.position())
+            .expect("inside");
+        let log_odds = grid.log_odds()[grid.frame().index(cell)];
+        assert!(log_odds < 0.847, "{cell:?}: {log_odds}");
+    }
 }
 
 /// The same arena in larger cells, down to ten a side: the map does not fall apart as independent cells do.
@@ -196,6 +232,7 @@ fn larger_cells_tell_much_the_same() {
         println!("cells of {resolution} m");
         print("plain", &plain);
         print("refined", &refined);
-        assert!(refined.log_loss <= 0.40 && refined.wall_free <= 0.11 && refined.recall >= 0.65);
+        assert!(refined.log_loss <= 0.85 * plain.log_loss);
+        assert!(refined.wall_free <= 0.10 && refined.recall >= 0.70);
     }
 }

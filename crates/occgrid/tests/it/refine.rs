@@ -96,6 +96,31 @@ fn an_echo_that_others_look_through_is_not_believed() {
 }
 
 #[test]
+fn held_echoes_build_no_wall() {
+    // a sonar that turns on the spot: a true echo, then the same value for half a turn
+    let turned = |range: fn(u32) -> f64| -> Vec<Shot> {
+        let shot = |k: u32| Shot {
+            stamp: f64::from(k),
+            ..echo(0.01, 0.01, 0.1 * f64::from(k), range(k))
+        };
+        (0..32).map(shot).collect()
+    };
+    let held = refined(&turned(|_| 1.0), 0.05);
+    // as far all around, but read afresh every time
+    let fresh = refined(&turned(|k| 1.0 + 0.001 * f64::from(k % 2)), 0.05);
+    let opposite = |grid| at(grid, 1.01 * 2.0_f64.cos(), 1.01 * 2.0_f64.sin());
+    assert!(opposite(&fresh) > 0.6, "{}", opposite(&fresh));
+    assert!(
+        opposite(&held) < 0.5 * opposite(&fresh),
+        "{}",
+        opposite(&held)
+    );
+    // what they passed is free all the same
+    let inside = |grid| at(grid, 0.6 * 2.0_f64.cos(), 0.6 * 2.0_f64.sin());
+    assert!(inside(&held) < -1.0 && inside(&fresh) < -1.0);
+}
+
+#[test]
 fn what_is_no_evidence_leaves_the_map_unknown() {
     let mut shots = vec![echo(0.0, 0.0, 0.0, 3.0)];
     for reading in [Reading::TooClose, Reading::Fault] {
