@@ -519,6 +519,18 @@ fn the_finished_map_has_three_states() {
     assert_eq!(grid.to_gray(), [127, 243, 12, 121, 255]);
 }
 
+#[cfg(feature = "image")]
+#[test]
+fn a_picture_has_the_gray_levels_row_after_row() {
+    let frame = MapFrame::new(2, 3, 0.1, Pose2::default()).expect("a valid frame");
+    let values = vec![0.0, -50.0, 3.0, 0.0, 0.0, 50.0];
+    let grid = OccupancyGrid::from_log_odds(frame, values).expect("finite");
+    let picture = grid.to_gray_image();
+    assert_eq!(picture.dimensions(), (2, 3));
+    // 255 (1 - 1 / (1 + exp(-3))) = 12.09
+    assert_eq!(picture.into_raw(), [127, 255, 12, 127, 127, 0]);
+}
+
 fn long() -> bool {
     std::env::var_os("MOBOT_LONG").is_some()
 }
