@@ -1,7 +1,7 @@
 //! The definition of a sonar update as plain code: every cell of a box, one `atan2`, one `exp`, one `ln` each.
 //!
 //! The twin of [`OccupancyGrid::update`](crate::OccupancyGrid::update), which gives the same log-odds bit
-//! for bit. What lies on the rim of a beam is decided here for both: see [`Beam`].
+//! for bit. What lies on the rim of a beam is decided here for both: see `Beam`.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
