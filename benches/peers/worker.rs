@@ -1,8 +1,9 @@
 //! Our side of `benches/peers/run`: holds the map, does one piece of work a line of stdin.
 //!
-//! `size`, `seed`, `time WORK` (ms), `dump WORK PATH` (raw output), `graph_figures`,
+//! `size`, `seed`, `time WORK COUNT` (ms of each), `dump WORK PATH` (raw output), `graph_figures`,
 //! `agree WORK PEER` and `version PEER` for peers that are Rust crates.
 
+use std::fmt::Write as _;
 use std::hint::black_box;
 use std::io::{BufRead as _, Write as _};
 use std::time::Instant;
@@ -28,10 +29,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let answer = match words[..] {
             ["size"] => format!("ok {} {}", bench.map.width, bench.map.height),
             ["seed"] => format!("ok {} {}", bench.seed.x, bench.seed.y),
-            ["time", work] => {
-                let start = Instant::now();
-                bench.run(work);
-                format!("ok {}", start.elapsed().as_secs_f64() * 1e3)
+            ["time", work, count] => {
+                let mut answer = "ok".to_owned();
+                for _ in 0..count.parse()? {
+                    let start = Instant::now();
+                    bench.run(work);
+                    write!(answer, " {}", start.elapsed().as_secs_f64() * 1e3)?;
+                }
+                answer
             }
             ["dump", work, path] => {
                 std::fs::write(path, bench.output(work))?;
