@@ -12,8 +12,9 @@ pub enum Plan {
     Ok(Route),
     /// They are not, for this radius.
     NoRoute {
-        /// The narrowest place of the widest way between them; `None` if there is no way for any radius.
-        bottleneck: Option<Bottleneck>,
+        /// The narrowest place of the widest way between them; of width 0, in the middle of the thinnest
+        /// wall, if there is no way for any radius.
+        bottleneck: Bottleneck,
     },
     /// The robot does not fit at the start.
     StartBlocked {

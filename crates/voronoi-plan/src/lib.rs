@@ -23,6 +23,7 @@ mod prune;
 mod roadmap;
 mod route;
 mod samples;
+mod seam;
 mod skeleton;
 mod square;
 mod straight;

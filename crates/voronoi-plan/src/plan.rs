@@ -11,6 +11,7 @@ use crate::clearance::claim;
 use crate::lattice::Lattice;
 use crate::roadmap::{Roadmap, Scratch, Spot, Way};
 use crate::route::{Route, length_of, pull, shorten};
+use crate::seam::seam;
 use crate::square::squared_distance;
 use crate::window::{self, Limits, STEP_COST, Window, WindowScratch};
 use crate::{ClearanceField, FreeSpace, TIE_CELLS, VoronoiGraph};
@@ -183,7 +184,7 @@ impl Planner {
         match found {
             Ok((line, arcs)) => Plan::Ok(self.certified(&line, arcs, (from, to))),
             Err(narrowest) => Plan::NoRoute {
-                bottleneck: narrowest.map(|n| self.bottleneck(n)),
+                bottleneck: narrowest.map_or_else(|| self.wall(from, to), |n| self.bottleneck(n)),
             },
         }
     }
@@ -485,6 +486,22 @@ impl Planner {
             bottleneck: self.frame.map_from_grid(least.at),
             nearest_obstacle: self.frame.map_from_grid(least.obstacle),
             arcs,
+        }
+    }
+
+    /// The bottleneck of places that no way joins: the wall between them where it is thinnest.
+    fn wall(&self, from: Point2, to: Point2) -> Bottleneck {
+        let [a, b] = [from, to].map(|p| self.frame.cell_at(p));
+        let place = match (a, b) {
+            (Some(a), Some(b)) => self
+                .frame
+                .map_from_grid(seam(self.field.free_cells(), a, b)),
+            _ => to,
+        };
+        Bottleneck {
+            place,
+            width: 0.0,
+            needed: 2.0 * self.radius,
         }
     }
 

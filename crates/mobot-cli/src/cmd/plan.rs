@@ -160,10 +160,10 @@ fn answer(plan: &Plan) -> Answer {
             answer.points = Some(route.points.iter().map(|p| [p.x, p.y]).collect());
         }
         Plan::NoRoute { bottleneck } => {
-            answer.bottleneck = bottleneck.map(|b| Bottleneck {
-                x: b.place.x,
-                y: b.place.y,
-                width_m: b.width,
+            answer.bottleneck = Some(Bottleneck {
+                x: bottleneck.place.x,
+                y: bottleneck.place.y,
+                width_m: bottleneck.width,
             });
         }
         _ => {}
@@ -184,10 +184,7 @@ fn scene(
         scene.line(&route.points, Color(255, 255, 255), 7.0);
         scene.line(&route.points, Color::ROUTE, 4.0);
     }
-    if let Plan::NoRoute {
-        bottleneck: Some(b),
-    } = plan
-    {
+    if let Plan::NoRoute { bottleneck: b } = plan {
         scene.dot(b.place, Color::FAULT, 7.0);
     }
     for end in ends {

@@ -91,10 +91,7 @@ fn a_door_too_narrow_is_named_with_its_width() {
     let space = drawn(&TWO_ROOMS);
     let (from, to) = (center(&space, 3, 3), center(&space, 17, 5));
     for (a, b) in [(from, to), (to, from)] {
-        let Plan::NoRoute {
-            bottleneck: Some(door),
-        } = planner(&space, 0.75).plan(a, b)
-        else {
+        let Plan::NoRoute { bottleneck: door } = planner(&space, 0.75).plan(a, b) else {
             panic!("expected no route");
         };
         assert!((door.width - 1.0).abs() < 1e-9, "{door:?}");
@@ -107,12 +104,17 @@ fn a_door_too_narrow_is_named_with_its_width() {
 }
 
 #[test]
-fn a_wall_without_a_door_has_no_bottleneck() {
+fn a_wall_without_a_door_is_a_bottleneck_of_no_width() {
     let mut rows = TWO_ROOMS;
     rows[4] = "..........#..........";
     let space = drawn(&rows);
     let plan = planner(&space, 0.5).plan(center(&space, 3, 3), center(&space, 17, 5));
-    assert_eq!(plan, Plan::NoRoute { bottleneck: None });
+    let Plan::NoRoute { bottleneck } = &plan else {
+        panic!("expected no route");
+    };
+    assert!(bottleneck.width.abs() < 1e-12);
+    let wall = center(&space, 10, 0).x;
+    assert!((bottleneck.place.x - wall).abs() < 1e-9, "{bottleneck:?}");
     assert_eq!(plan.status().to_string(), "no_route");
 }
 
@@ -279,7 +281,7 @@ fn small_random_maps_by_definition() {
                 Plan::NoRoute { bottleneck } => {
                     none += 1;
                     assert!(expected < radius - 1e-9, "{context}");
-                    let width = bottleneck.map_or(0.0, |b| b.width);
+                    let width = bottleneck.width;
                     assert!((width - 2.0 * expected).abs() < 1e-6, "{context}");
                 }
                 _ => panic!("{context}"),
