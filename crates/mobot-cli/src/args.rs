@@ -118,7 +118,7 @@ pub struct GraphArgs {
     #[expect(missing_docs, reason = "flattened: its fields are documented")]
     pub input: MapInput,
     /// Radius of the robot [m].
-    #[arg(long, value_name = "R")]
+    #[arg(long, value_name = "R", allow_hyphen_values = true)]
     pub radius: f64,
     /// Where the graph goes: Nav2 route GeoJSON.
     #[arg(short, long, value_name = "G.geojson")]
@@ -145,7 +145,7 @@ pub struct CheckArgs {
     #[expect(missing_docs, reason = "flattened: its fields are documented")]
     pub input: MapInput,
     /// Radius of the robot [m].
-    #[arg(long, value_name = "R")]
+    #[arg(long, value_name = "R", allow_hyphen_values = true)]
     pub radius: f64,
     /// Unknown cells are no obstacles.
     #[arg(long)]
@@ -165,7 +165,7 @@ pub struct PlanArgs {
     #[expect(missing_docs, reason = "flattened: its fields are documented")]
     pub input: MapInput,
     /// Radius of the robot [m].
-    #[arg(long, value_name = "R")]
+    #[arg(long, value_name = "R", allow_hyphen_values = true)]
     pub radius: f64,
     /// Start in the map frame [m].
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = point, required_unless_present = "queries", requires = "to")]

@@ -150,3 +150,15 @@ fn names_cannot_reach_the_terminal_as_control_characters() {
     assert_eq!(run.status, 2);
     assert!(!run.stderr.contains('\u{1b}'), "{:?}", run.stderr);
 }
+
+#[test]
+fn usage_errors_are_one_line_too() {
+    refused(&mobot(["graph", "m.yaml"]), &["--radius", "--help"]);
+    refused(&mobot(["fly"]), &["fly"]);
+    refused(
+        &mobot([
+            "plan", "m.yaml", "--radius", "1", "--from", "1,x", "--to", "0,0",
+        ]),
+        &["1,x"],
+    );
+}
