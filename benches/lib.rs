@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use morpho::BitImage;
 use occgrid::{CellState, LoadOptions, MapFrame, OccupancyMap, Pose2, load_map};
 
 /// Gray value of a free cell in [`BuildingMap::gray`].
@@ -68,6 +69,12 @@ impl BuildingMap {
             gray,
             resolution: tile.resolution,
         }
+    }
+
+    /// The free cells.
+    #[must_use]
+    pub fn bits(&self) -> BitImage {
+        morpho::threshold(&self.gray, self.width, self.height, FREE_FROM)
     }
 
     /// The map as the planner takes it.

@@ -26,7 +26,7 @@ fn operations(c: &mut Criterion) {
         ("open", morpho::open_into, reference::ops::open),
         ("close", morpho::close_into, reference::ops::close),
     ];
-    let small = bits(&BuildingMap::small());
+    let small = BuildingMap::small().bits();
     for (name, operation, twin) in all {
         let mut group = c.benchmark_group(name);
         for (element_name, element) in elements() {
@@ -39,7 +39,7 @@ fn operations(c: &mut Criterion) {
                 "{name} {element_name}"
             );
             for map in maps() {
-                let image = bits(&map);
+                let image = map.bits();
                 group.bench_function(BenchmarkId::new(element_name, map.name), |b| {
                     b.iter(|| {
                         operation(&image, &element, Border::Neutral, &mut workspace, &mut out);
@@ -52,7 +52,7 @@ fn operations(c: &mut Criterion) {
 
 fn regions(c: &mut Criterion) {
     for map in maps() {
-        let image = bits(&map);
+        let image = map.bits();
         let mut components = Components::label(&image, Connectivity::Eight);
         let seed = components.largest().expect("free cells").first;
         let mut workspace = FillWorkspace::new();
@@ -78,13 +78,13 @@ fn regions(c: &mut Criterion) {
 }
 
 fn distances(c: &mut Criterion) {
-    let small = bits(&BuildingMap::small());
+    let small = BuildingMap::small().bits();
     assert_eq!(
         distance::squared(&small, Border::Background),
         reference::distance::squared(&small, Border::Background)
     );
     for map in maps() {
-        let image = bits(&map);
+        let image = map.bits();
         let mut workspace = distance::Workspace::default();
         let mut out = Vec::new();
         c.bench_function(&format!("distance/{}", map.name), |b| {
@@ -101,10 +101,6 @@ fn maps() -> [BuildingMap; 3] {
         BuildingMap::medium(),
         BuildingMap::large(),
     ]
-}
-
-fn bits(map: &BuildingMap) -> BitImage {
-    morpho::threshold(&map.gray, map.width, map.height, FREE_FROM)
 }
 
 criterion_group!(benches, operations, regions, distances);

@@ -2,7 +2,7 @@
 //! keeps, before they are timed.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use mobot_benches::{BuildingMap, FREE_FROM};
+use mobot_benches::BuildingMap;
 use morpho::{BitImage, Components, Connectivity, holes, reference, thin};
 
 type Thinning = fn(&BitImage) -> BitImage;
@@ -13,7 +13,7 @@ fn thinnings(c: &mut Criterion) {
         ("guo_hall", thin::guo_hall),
         ("homotopic", thin::homotopic),
     ];
-    let small = bits(&BuildingMap::small());
+    let small = BuildingMap::small().bits();
     assert_eq!(
         thin::zhang_suen(&small),
         reference::thin::zhang_suen(&small)
@@ -27,7 +27,7 @@ fn thinnings(c: &mut Criterion) {
         BuildingMap::medium(),
         BuildingMap::large(),
     ] {
-        let image = bits(&map);
+        let image = map.bits();
         for (name, thinning) in all {
             group.bench_function(BenchmarkId::new(name, map.name), |b| {
                 b.iter(|| thinning(&image));
@@ -40,10 +40,6 @@ fn thinnings(c: &mut Criterion) {
 fn topology(image: &BitImage) -> (usize, usize) {
     let components = Components::label(image, Connectivity::Eight).count();
     (components, holes(image, Connectivity::Eight))
-}
-
-fn bits(map: &BuildingMap) -> BitImage {
-    morpho::threshold(&map.gray, map.width, map.height, FREE_FROM)
 }
 
 criterion_group!(benches, thinnings);

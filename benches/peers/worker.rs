@@ -80,7 +80,7 @@ impl Bench {
     fn new() -> Self {
         let map = BuildingMap::large();
         let (width, height) = (map.width, map.height);
-        let bits = morpho::threshold(&map.gray, width, height, FREE_FROM);
+        let bits = map.bits();
         let picture = morpho::to_gray_image(&bits);
         let frame = MapFrame::new(
             width as u32,

@@ -8,12 +8,11 @@
 use morpho::{BitImage, CleanError, Cleaned, Cleaner, CleanerParams};
 use occgrid::{GridPoint, MapFrame, OccupancyMap};
 
-use crate::clearance::claim;
 use crate::draft::Trace;
 use crate::pack::pack;
 use crate::skeleton::trace;
-use crate::straight::chord;
-use crate::{Arc, ClearanceField, FreeSpace, Node, NodeKind, VoronoiGraph};
+use crate::straight::{chord, node};
+use crate::{Arc, ClearanceField, FreeSpace, NodeKind, VoronoiGraph};
 
 /// The paper's graph and how it came about.
 #[derive(Debug, Clone)]
@@ -92,7 +91,10 @@ impl Chords<'_> {
         VoronoiGraph {
             frame: *self.frame,
             radius: self.radius,
-            nodes: centers.iter().map(|&at| self.node(at)).collect(),
+            nodes: centers
+                .iter()
+                .map(|&at| node(self.frame, self.field, self.radius, at, NodeKind::Junction))
+                .collect(),
             arcs: pairs
                 .into_iter()
                 .map(|(from, to)| Arc {
@@ -107,20 +109,6 @@ impl Chords<'_> {
                     )
                 })
                 .collect(),
-        }
-    }
-
-    fn metres_at(&self, at: GridPoint) -> f64 {
-        self.field.of_point(at) * self.frame.resolution()
-    }
-
-    fn node(&self, at: GridPoint) -> Node {
-        let point = self.frame.map_from_grid(at);
-        Node {
-            cell: occgrid::Cell::new(at.col as u32, at.row as u32),
-            point,
-            clearance: claim(self.metres_at(at), self.radius),
-            kind: NodeKind::Junction,
         }
     }
 }

@@ -52,8 +52,9 @@ impl VoronoiGraph {
             let to = if next == last {
                 arc.to
             } else {
+                let kind = NodeKind::Bend;
                 self.nodes
-                    .push(bend(&frame, field, self.radius, points[next]));
+                    .push(node(&frame, field, self.radius, points[next], kind));
                 self.nodes.len() - 1
             };
             let (a, b) = (points[at], points[next]);
@@ -90,12 +91,19 @@ fn farthest(at: usize, last: usize, clear: impl Fn(usize) -> bool) -> usize {
     good
 }
 
-fn bend(frame: &MapFrame, field: &ClearanceField, radius: f64, at: GridPoint) -> Node {
+/// A node with its exact clearance.
+pub(crate) fn node(
+    frame: &MapFrame,
+    field: &ClearanceField,
+    radius: f64,
+    at: GridPoint,
+    kind: NodeKind,
+) -> Node {
     Node {
         cell: occgrid::Cell::new(at.col as u32, at.row as u32),
         point: frame.map_from_grid(at),
         clearance: claim(field.of_point(at) * frame.resolution(), radius),
-        kind: NodeKind::Bend,
+        kind,
     }
 }
 

@@ -4,7 +4,6 @@ use std::time::Instant;
 
 use anyhow::Context as _;
 use morpho::CleanerParams;
-use occgrid::OccupancyMap;
 use serde::Serialize;
 use voronoi_plan::geojson::RouteGraph;
 use voronoi_plan::{FreeSpace, GraphParams, PaperGraph, VoronoiGraph};
@@ -42,16 +41,17 @@ pub(super) fn run(args: &GraphArgs, output: &Output) -> anyhow::Result<Outcome> 
     let map = super::load(&args.input, output)?;
     output.stage("extracting the roadmap");
     let started = Instant::now();
+    let space = FreeSpace::from_map(&map);
     let graph = if args.paper {
         PaperGraph::build(&map, radius, &CleanerParams::default())?.graph
     } else if args.straight {
-        ours(&map, radius)?.straightened(&FreeSpace::from_map(&map))
+        roadmap(&space, radius)?.straightened(&space)
     } else {
-        ours(&map, radius)?
+        roadmap(&space, radius)?
     };
     let elapsed_ms = started.elapsed().as_secs_f64() * 1e3;
     let beside = if args.paper {
-        Some(beside(&ours(&map, radius)?))
+        Some(beside(&roadmap(&space, radius)?))
     } else {
         None
     };
@@ -88,12 +88,12 @@ pub(super) fn run(args: &GraphArgs, output: &Output) -> anyhow::Result<Outcome> 
 }
 
 /// The default pipeline: complete, every arc certified.
-fn ours(map: &OccupancyMap, radius: f64) -> anyhow::Result<VoronoiGraph> {
+pub(super) fn roadmap(space: &FreeSpace, radius: f64) -> anyhow::Result<VoronoiGraph> {
     let params = GraphParams {
         radius,
         ..GraphParams::default()
     };
-    Ok(VoronoiGraph::build(&FreeSpace::from_map(map), &params)?)
+    Ok(VoronoiGraph::build(space, &params)?)
 }
 
 fn beside(graph: &VoronoiGraph) -> Beside {

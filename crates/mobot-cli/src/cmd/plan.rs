@@ -6,9 +6,7 @@ use anyhow::{Context as _, bail};
 use occgrid::{OccupancyMap, Point2};
 use serde::Serialize;
 use voronoi_plan::geojson::{ReadLimits, RouteGraph};
-use voronoi_plan::{
-    ClearanceField, FreeSpace, GraphParams, Plan, PlanStatus, Planner, VoronoiGraph,
-};
+use voronoi_plan::{ClearanceField, FreeSpace, Plan, PlanStatus, Planner, VoronoiGraph};
 
 use super::graph::draw;
 use crate::args::PlanArgs;
@@ -84,11 +82,7 @@ fn roadmap(
 ) -> anyhow::Result<VoronoiGraph> {
     let Some(path) = &args.graph else {
         output.stage("extracting the roadmap");
-        let params = GraphParams {
-            radius,
-            ..GraphParams::default()
-        };
-        return Ok(VoronoiGraph::build(space, &params)?);
+        return super::graph::roadmap(space, radius);
     };
     output.stage(format!("reading {}", path.display()));
     let name = path.display();

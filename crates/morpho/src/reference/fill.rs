@@ -70,21 +70,22 @@ pub fn holes(image: &BitImage, connectivity: Connectivity) -> usize {
     labels.iter().max().map_or(0, |&last| last as usize - 1)
 }
 
-/// Twin of [`grow`](crate::grow()).
+/// Twin of [`grow`](crate::grow()): every pixel is counted into its cell.
 #[must_use]
 pub fn grow(image: &BitImage, k: usize, rule: GrowRule) -> BitImage {
-    BitImage::from_fn(
-        image.width().div_ceil(k),
-        image.height().div_ceil(k),
-        |x, y| {
-            let free = (0..k * k)
-                .filter(|i| image.get(x * k + i % k, y * k + i / k))
-                .count();
-            match rule {
-                GrowRule::All => free == k * k,
-                GrowRule::Majority => 2 * free > k * k,
-                GrowRule::Any => free > 0,
-            }
-        },
-    )
+    let (columns, rows) = (image.width().div_ceil(k), image.height().div_ceil(k));
+    let mut free = vec![0; columns * rows];
+    for y in 0..image.height() {
+        for x in 0..image.width() {
+            free[y / k * columns + x / k] += usize::from(image.get(x, y));
+        }
+    }
+    BitImage::from_fn(columns, rows, |x, y| {
+        let share = free[y * columns + x] as f64 / (k * k) as f64;
+        match rule {
+            GrowRule::All => share >= 1.0,
+            GrowRule::Majority => share > 0.5,
+            GrowRule::Any => share > 0.0,
+        }
+    })
 }
