@@ -24,23 +24,39 @@ pub(crate) struct Footprint {
     apex: [f64; 2],
     beam: Beam,
     /// The cone's clockwise and counter-clockwise edges.
-    edges: [Edge; 2],
+    edges: [[f64; 2]; 2],
+    lower: [Bound; 2],
+    upper: [Bound; 2],
     /// x per y along the axis.
     axis_slope: f64,
     /// How exactly that gives x.
     axis_error: f64,
 }
 
-/// An edge of the cone: a bound of each row's x.
+/// Rows whose ends are found together.
+pub(crate) const BLOCK_ROWS: usize = 8;
+
+/// An edge of the cone: a bound of each row's x, which lies from `y * slope + low` to `y * slope + high`.
 #[derive(Debug, Clone, Copy)]
-struct Edge {
-    direction: [f64; 2],
-    /// x per y.
+struct Bound {
     slope: f64,
-    /// How exactly that gives x.
-    error: f64,
-    /// Whether it bounds a row from above.
-    upper: bool,
+    low: f64,
+    high: f64,
+}
+
+/// The cells of some rows, one run a row, where they are sure.
+pub(crate) struct Runs {
+    pub(crate) first: [i64; BLOCK_ROWS],
+    pub(crate) end: [i64; BLOCK_ROWS],
+    pub(crate) sure: [i64; BLOCK_ROWS],
+}
+
+struct Ends {
+    cone: [f64; 2],
+    axis: [f64; 2],
+    cone_sure: bool,
+    axis_sure: bool,
+    axis_counts: bool,
 }
 
 /// Cells of one row, as columns of the lattice.
@@ -73,19 +89,33 @@ impl Footprint {
             // the axis turned clockwise, or the other way
             let cos = axis_cos * half_cos + turn * axis_sin * half_sin;
             let sin = axis_sin * half_cos - turn * axis_cos * half_sin;
-            Edge {
-                direction: [cos, sin],
-                slope: if sin == 0.0 { 0.0 } else { cos / sin },
-                error: beam.radius * ANGLE_ERROR / sin.abs(),
-                // a point (x, y) is left of direction d where d.x y - d.y x >= 0, and right of it where <= 0
-                upper: turn * sin > 0.0,
+            [cos, sin]
+        };
+        let edges = [edge(1.0), edge(-1.0)];
+        // a point (x, y) is left of direction d where d.x y - d.y x >= 0, and right of it where <= 0
+        let bound = |turn: f64, [cos, sin]: [f64; 2], side: f64| {
+            if turn * sin * side > 0.0 || (sin == 0.0 && side < 0.0) {
+                let error = beam.radius * ANGLE_ERROR / sin.abs();
+                Bound {
+                    slope: if sin == 0.0 { 0.0 } else { cos / sin },
+                    low: -error,
+                    high: error,
+                }
+            } else {
+                Bound {
+                    slope: 0.0,
+                    low: side * 1e300,
+                    high: side * 1e300,
+                }
             }
         };
         let [dx, dy] = beam.tip;
         Self {
+            lower: [bound(1.0, edges[0], -1.0), bound(-1.0, edges[1], -1.0)],
+            upper: [bound(1.0, edges[0], 1.0), bound(-1.0, edges[1], 1.0)],
             apex: [to_place_step(x / resolution), to_place_step(y / resolution)],
             beam,
-            edges: [edge(1.0), edge(-1.0)],
+            edges,
             axis_slope: if dy == 0.0 { 0.0 } else { dx / dy },
             // rows are taken larger by NEAR, too
             axis_error: NEAR
@@ -103,16 +133,27 @@ impl Footprint {
         const FAR: f64 = (1_u64 << 31) as f64;
         let mut low = [self.beam.tip[0].min(0.0), self.beam.tip[1].min(0.0)];
         let mut high = [self.beam.tip[0].max(0.0), self.beam.tip[1].max(0.0)];
-        let cardinals = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]];
-        let ends = self.edges.map(|e| e.direction);
-        for (k, d) in ends.into_iter().chain(cardinals).enumerate() {
-            if k >= ends.len() && !self.points_into(d) {
-                continue;
-            }
-            for k in 0..2 {
-                low[k] = low[k].min(d[k] * self.beam.radius);
-                high[k] = high[k].max(d[k] * self.beam.radius);
-            }
+        let [right, left] = self.edges;
+        for k in 0..2 {
+            low[k] = low[k]
+                .min(right[k] * self.beam.radius)
+                .min(left[k] * self.beam.radius);
+            high[k] = high[k]
+                .max(right[k] * self.beam.radius)
+                .max(left[k] * self.beam.radius);
+        }
+        // whether +x, +y, -x and -y point into the cone
+        if right[1] <= 0.0 && left[1] >= 0.0 {
+            high[0] = self.beam.radius;
+        }
+        if right[0] >= 0.0 && left[0] <= 0.0 {
+            high[1] = self.beam.radius;
+        }
+        if right[1] >= 0.0 && left[1] <= 0.0 {
+            low[0] = -self.beam.radius;
+        }
+        if right[0] <= 0.0 && left[0] >= 0.0 {
+            low[1] = -self.beam.radius;
         }
         let range = |k: usize| {
             let (from, to) = (
@@ -127,64 +168,122 @@ impl Footprint {
         })
     }
 
-    /// Whether a direction is inside the cone.
-    fn points_into(&self, d: [f64; 2]) -> bool {
-        let [right, left] = self.edges.map(|e| e.direction);
-        cross(right, d) >= 0.0 && cross(d, left) >= 0.0
-    }
-
     /// The cells of row `j` that the beam touches.
-    #[inline(always)]
     pub(crate) fn row(&self, j: i64) -> RowSpans {
+        let ends = self.ends(j as f64);
         let bottom = j as f64 - self.apex[1];
-        let (cone, chord) = self.cone_cells(bottom + 0.5);
+        let (mut first, mut last) = (ends.cone[0] as i64, ends.cone[1] as i64);
+        if !ends.cone_sure {
+            (first, last) = self.settle(first, last, bottom + 0.5);
+        }
+        let cone = first..(last + 1).max(first);
         let mut axis = [0..0, 0..0];
-        if let Some((from, to)) = self.axis_chord(bottom) {
-            // Where the axis is half a cell or more inside the cone, its cells are the cone's.
-            let reserve = 0.5 + self.axis_error;
-            if !(chord.0 + reserve < from && to < chord.1 - reserve) {
-                axis = self.axis_cells(bottom, from, to, &cone);
+        if ends.axis_counts {
+            let (mut first, mut last) = (ends.axis[0] as i64, ends.axis[1] as i64);
+            if !ends.axis_sure {
+                (first, last) = self.settle_axis(first, last, bottom);
             }
+            let end = last + 1;
+            axis = if cone.is_empty() {
+                [first..end, end..end]
+            } else {
+                [first..end.min(cone.start), first.max(cone.end)..end]
+            };
         }
         RowSpans { cone, axis }
     }
 
-    /// The cells whose centres, `y` above the apex, are in the cone, and between which x from the apex on all
-    /// surely are.
+    /// The cells of [`BLOCK_ROWS`] rows from `j` on.
     #[inline(always)]
-    fn cone_cells(&self, y: f64) -> (Range<i64>, (f64, f64)) {
-        let squared = self.beam.radius_squared - y * y;
-        if squared < 0.0 {
-            return (0..0, (1.0, -1.0));
+    pub(crate) fn runs(&self, j: i64) -> Runs {
+        let mut runs = Runs {
+            first: [0; BLOCK_ROWS],
+            end: [0; BLOCK_ROWS],
+            sure: [0; BLOCK_ROWS],
+        };
+        let j = j as f64;
+        for (k, step) in (0_i32..BLOCK_ROWS as i32).enumerate() {
+            let ends = self.ends(j + f64::from(step));
+            let [cone_first, cone_last] = ends.cone;
+            let [axis_first, axis_last] = ends.axis;
+            let empty = cone_last < cone_first;
+            // next to each other
+            let together = (axis_first <= cone_last + 1.0) & (axis_last >= cone_first - 1.0);
+            let sure = ends.cone_sure & (!ends.axis_counts | (ends.axis_sure & (empty | together)));
+            let first = if !ends.axis_counts {
+                cone_first
+            } else if empty {
+                axis_first
+            } else {
+                least(cone_first, axis_first)
+            };
+            let last = if !ends.axis_counts {
+                cone_last
+            } else if empty {
+                axis_last
+            } else {
+                most(cone_last, axis_last)
+            };
+            runs.first[k] = to_integer(first);
+            runs.end[k] = to_integer(last + 1.0);
+            runs.sure[k] = i64::from(sure);
         }
+        runs
+    }
+
+    /// Where the rows' cells end, as far as that is sure.
+    #[inline(always)]
+    fn ends(&self, j: f64) -> Ends {
+        let bottom = j - self.apex[1];
+        let y = bottom + 0.5;
+        let squared = self.beam.radius_squared - y * y;
         let error = self.beam.radius_squared * SQUARE_ERROR;
-        let inner = squared - error;
-        let inner = if inner > 0.0 { inner.sqrt() } else { -1.0 };
-        let outer = (squared + error).sqrt();
+        let inner = most(squared - error, 0.0).sqrt();
+        let inner = if squared - error > 0.0 { inner } else { -1.0 };
+        let outer = most(squared + error, 0.0).sqrt();
+        let outer = if squared < 0.0 { -1.0 } else { outer };
         // Each end lies between an outer and an inner place.
         let (mut from, mut to) = ((-outer, -inner), (inner, outer));
-        for k in 0..2 {
-            let Edge {
-                slope,
-                error,
-                upper,
-                ..
-            } = self.edges[k];
-            let (low, high) = (y * slope - error, y * slope + error);
-            if upper {
-                to = (least(to.0, low), least(to.1, high));
-            } else {
-                from = (most(from.0, low), most(from.1, high));
-            }
+        for bound in &self.upper {
+            let at = y * bound.slope;
+            to = (least(to.0, at + bound.low), least(to.1, at + bound.high));
+        }
+        for bound in &self.lower {
+            let at = y * bound.slope;
+            from = (most(from.0, at + bound.low), most(from.1, at + bound.high));
         }
         let base = self.apex[0] - 0.5;
-        let mut first = (from.0 + base).ceil() as i64;
-        let mut last = (to.1 + base).floor() as i64;
-        let sure = first == (from.1 + base).ceil() as i64 && last == (to.0 + base).floor() as i64;
-        if !sure {
-            (first, last) = self.settle(first, last, y);
+        let cone = [(from.0 + base).ceil(), (to.1 + base).floor()];
+        let cone_sure = (cone[0] == (from.1 + base).ceil()) & (cone[1] == (to.0 + base).floor());
+
+        let [dx, dy] = self.beam.tip;
+        let low = most(bottom - NEAR, least(dy, 0.0));
+        let high = least(bottom + 1.0 + NEAR, most(dy, 0.0));
+        let (a, b) = (low * self.axis_slope, high * self.axis_slope);
+        // rounding must not carry the ends past the tip of a nearly horizontal axis
+        let axis_from = most(least(a, b) - self.axis_error, least(dx, 0.0) - NEAR);
+        let axis_to = least(most(a, b) + self.axis_error, most(dx, 0.0) + NEAR);
+        // Where the axis is half a cell or more inside the cone, its cells are the cone's.
+        let reserve = 0.5 + self.axis_error;
+        let inside = (from.1 + reserve < axis_from) & (axis_to < to.0 - reserve);
+        let axis_counts = (low <= high) & !inside;
+        let (f, t) = (
+            axis_from + self.apex[0] - NEAR,
+            axis_to + self.apex[0] + NEAR,
+        );
+        let axis = [f.floor(), t.floor()];
+        let error = 2.0 * self.axis_error + 4.0 * NEAR;
+        let well_inside =
+            most(bottom, least(dy, 0.0)) + 4.0 * NEAR < least(bottom + 1.0, most(dy, 0.0));
+        let axis_sure =
+            (axis[0] == (f + error).floor()) & (axis[1] == (t - error).floor()) & well_inside;
+        Ends {
+            cone,
+            cone_sure,
+            axis,
+            axis_sure,
+            axis_counts,
         }
-        (first..(last + 1).max(first), (from.1, to.0))
     }
 
     /// Takes from both ends of a row what the definition says is outside the cone.
@@ -199,53 +298,6 @@ impl Footprint {
             last -= 1;
         }
         (first, last)
-    }
-
-    /// Where the axis is in the row that starts `bottom` above the apex, from the apex on, up to
-    /// `axis_error`.
-    #[inline(always)]
-    fn axis_chord(&self, bottom: f64) -> Option<(f64, f64)> {
-        let [dx, dy] = self.beam.tip;
-        let low = most(bottom - NEAR, least(dy, 0.0));
-        let high = least(bottom + 1.0 + NEAR, most(dy, 0.0));
-        if low > high {
-            return None;
-        }
-        let (left, right) = (least(dx, 0.0), most(dx, 0.0));
-        if dy == 0.0 {
-            return Some((left, right));
-        }
-        let (a, b) = (low * self.axis_slope, high * self.axis_slope);
-        let (from, to) = (least(a, b) - self.axis_error, most(a, b) + self.axis_error);
-        // rounding must not carry the ends past the tip of a nearly horizontal axis
-        Some((most(from, left - NEAR), least(to, right + NEAR)))
-    }
-
-    /// The cells that the axis crosses between two columns and that are not the cone's.
-    #[inline(always)]
-    fn axis_cells(&self, bottom: f64, from: f64, to: f64, cone: &Range<i64>) -> [Range<i64>; 2] {
-        let (from, to) = (from + self.apex[0] - NEAR, to + self.apex[0] + NEAR);
-        let (mut first, mut last) = (from.floor() as i64, to.floor() as i64);
-        let error = 2.0 * self.axis_error + 4.0 * NEAR;
-        let sure = first == (from + error).floor() as i64
-            && last == (to - error).floor() as i64
-            && self.axis_is_inside(bottom);
-        if !sure {
-            (first, last) = self.settle_axis(first, last, bottom);
-        }
-        let end = last + 1;
-        if cone.is_empty() {
-            [first..end, end..end]
-        } else {
-            [first..end.min(cone.start), first.max(cone.end)..end]
-        }
-    }
-
-    /// Whether part of the axis is well inside the row that starts `bottom` above the apex.
-    #[inline(always)]
-    fn axis_is_inside(&self, bottom: f64) -> bool {
-        let dy = self.beam.tip[1];
-        most(bottom, least(dy, 0.0)) + 4.0 * NEAR < least(bottom + 1.0, most(dy, 0.0))
     }
 
     /// Takes from both ends of a row what the definition says the axis does not cross.
@@ -263,6 +315,14 @@ impl Footprint {
     }
 }
 
+/// An integer from a number that is one, in a way that vectorises: adding 2^52 and a half of that leaves it in
+/// the low bits.
+#[inline(always)]
+fn to_integer(x: f64) -> i64 {
+    const OFFSET: f64 = 6_755_399_441_055_744.0;
+    (x + OFFSET).to_bits() as i64 - OFFSET.to_bits() as i64
+}
+
 /// The smaller of two numbers; one instruction, as neither is NaN.
 #[inline(always)]
 fn least(a: f64, b: f64) -> f64 {
@@ -273,8 +333,4 @@ fn least(a: f64, b: f64) -> f64 {
 #[inline(always)]
 fn most(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
-}
-
-fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
-    a[0] * b[1] - a[1] * b[0]
 }
