@@ -47,12 +47,33 @@ pub(crate) fn joined(a: &Range<i64>, b: &Range<i64>) -> Option<Range<i64>> {
 
 /// Adds shots to a grid that covers them, to be run with the machine's widest registers.
 pub(crate) struct AddShots<'a> {
-    pub(crate) shots: &'a [Prepared<'a>],
+    shots: &'a [Prepared<'a>],
     /// All rows of the shots.
-    pub(crate) rows: Range<i64>,
-    /// What the grid covers.
-    pub(crate) covered: &'a Bounds,
-    pub(crate) log_odds: &'a mut [f32],
+    rows: Range<i64>,
+    log_odds: &'a mut [f32],
+    /// Of the grid [cells].
+    width: i64,
+    /// Index of the lattice's cell (0, 0), were it covered.
+    origin: i64,
+}
+
+impl<'a> AddShots<'a> {
+    /// Shots in `rows`, for the cells of a grid.
+    pub(crate) fn new(
+        shots: &'a [Prepared<'a>],
+        rows: Range<i64>,
+        log_odds: &'a mut [f32],
+        covered: &Bounds,
+    ) -> Self {
+        let width = covered.cols.end - covered.cols.start;
+        Self {
+            shots,
+            rows,
+            log_odds,
+            width,
+            origin: (covered.rows.end - 1) * width - covered.cols.start,
+        }
+    }
 }
 
 impl pulp::WithSimd for AddShots<'_> {
@@ -97,15 +118,15 @@ impl AddShots<'_> {
     /// Asks for both ends of all runs at once, so that memory sends them together and not one after the other.
     #[inline(always)]
     fn fetch(&self, runs: &Runs, block: i64) {
-        let mut sum = 0.0;
+        let mut bits = 0;
         for k in 0..BLOCK_ROWS {
             for i in [runs.first[k], runs.end[k] - 1] {
                 // an empty or unsure run may be anywhere
                 let index = self.index(i, block + k as i64);
-                sum += self.log_odds.get(index).copied().unwrap_or(0.0);
+                bits |= self.log_odds.get(index).map_or(0, |v| v.to_bits());
             }
         }
-        std::hint::black_box(sum);
+        std::hint::black_box(bits);
     }
 
     /// A row whose ends need care.
@@ -132,7 +153,95 @@ impl AddShots<'_> {
     /// Where cell (i, j) of the lattice is, if the grid covers it.
     #[inline(always)]
     fn index(&self, i: i64, j: i64) -> usize {
-        let Bounds { cols, rows } = self.covered;
-        ((rows.end - 1 - j) * (cols.end - cols.start) + i - cols.start) as usize
+        (self.origin - j * self.width + i) as usize
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evidence::EvidenceTables;
+    use crate::{Pose2, Reading, SonarModel};
+
+    const SIDE: i64 = 129;
+
+    fn covered() -> Bounds {
+        Bounds {
+            cols: 0..SIDE,
+            rows: 0..SIDE,
+        }
+    }
+
+    /// The same shots with whatever `run` does with them.
+    fn grid(shots: &[Prepared<'_>], run: impl FnOnce(AddShots<'_>)) -> Vec<u32> {
+        let mut log_odds = vec![-0.0; (SIDE * SIDE) as usize];
+        run(AddShots::new(shots, 0..SIDE, &mut log_odds, &covered()));
+        log_odds.iter().map(|v| v.to_bits()).collect()
+    }
+
+    /// Row by row, cell by cell.
+    fn careful(mut work: AddShots<'_>) {
+        for shot in work.shots {
+            for j in shot.bounds.rows.clone() {
+                work.add_row(shot, j);
+            }
+        }
+    }
+
+    #[test]
+    fn all_registers_give_the_same_bits() {
+        let mut seed = 5_u64;
+        let mut random = move || {
+            seed = seed
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        let mut touched = 0;
+        for case in 0..1000 {
+            let model = SonarModel {
+                beam_width: 0.001 * 3000_f64.powf(random()),
+                sigma: 0.02 + 0.2 * random(),
+                blanking: if random() < 0.5 { 0.0 } else { 0.3 * random() },
+                ..SonarModel::default()
+            };
+            let tables = EvidenceTables::new(&model, 0.1).expect("a valid model");
+            let shots: Vec<Prepared<'_>> = (0..3)
+                .map(|_| {
+                    let range = 0.3 + 4.5 * random();
+                    let reading = if random() < 0.5 {
+                        Reading::Echo { range }
+                    } else {
+                        Reading::NoEcho { listened: range }
+                    };
+                    let evidence = tables.of(reading).expect("evidence");
+                    let place = Pose2::new(6.45 + 0.1 * random(), 6.45, 7.0 * random());
+                    let (width, reach) = (model.beam_width, evidence.reach);
+                    let footprint = Footprint::new(Pose2::default(), 0.1, place, width, reach);
+                    let bounds = footprint.bounds().expect("near");
+                    Prepared::new(evidence, footprint, bounds)
+                })
+                .collect();
+            let expected = grid(&shots, careful);
+            let fast = [
+                grid(&shots, |work| {
+                    pulp::Simd::vectorize(pulp::Scalar::new(), work)
+                }),
+                grid(&shots, |work| pulp::Arch::new().dispatch(work)),
+                #[cfg(target_arch = "x86_64")]
+                grid(&shots, |work| match pulp::x86::V3::try_new() {
+                    Some(simd) => pulp::Simd::vectorize(simd, work),
+                    None => careful(work),
+                }),
+            ];
+            for found in fast {
+                assert!(found == expected, "case {case}: {model:?}");
+            }
+            touched += expected
+                .iter()
+                .filter(|v| **v != (-0.0_f32).to_bits())
+                .count();
+        }
+        assert!(touched > 100_000, "{touched}");
     }
 }

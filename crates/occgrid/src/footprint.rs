@@ -17,15 +17,20 @@ const SQUARE_ERROR: f64 = 1e-13;
 /// How near to a grid line the axis is left to the definition [cells].
 const NEAR: f64 = 1e-6;
 
+/// Rows whose runs are found together, by vector arithmetic.
+pub(crate) const BLOCK_ROWS: usize = 8;
+
 /// The sector of one beam on the lattice of cells [cells]: cell (i, j) covers `[i, i+1) x [j, j+1)`, i to the
 /// right, j up.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Footprint {
     apex: [f64; 2],
     beam: Beam,
-    /// The cone's clockwise and counter-clockwise edges.
+    /// Directions of the cone's clockwise and counter-clockwise edges.
     edges: [[f64; 2]; 2],
+    /// What they say about the least x of a row.
     lower: [Bound; 2],
+    /// What they say about the largest.
     upper: [Bound; 2],
     /// x per y along the axis.
     axis_slope: f64,
@@ -33,10 +38,7 @@ pub(crate) struct Footprint {
     axis_error: f64,
 }
 
-/// Rows whose ends are found together.
-pub(crate) const BLOCK_ROWS: usize = 8;
-
-/// An edge of the cone: a bound of each row's x, which lies from `y * slope + low` to `y * slope + high`.
+/// A bound of x in the row at y, somewhere in `y * slope + low ..= y * slope + high`.
 #[derive(Debug, Clone, Copy)]
 struct Bound {
     slope: f64,
@@ -44,19 +46,34 @@ struct Bound {
     high: f64,
 }
 
-/// The cells of some rows, one run a row, where they are sure.
+/// One run of touched cells for each row of a block, as columns of the lattice.
+#[derive(Debug)]
 pub(crate) struct Runs {
     pub(crate) first: [i64; BLOCK_ROWS],
     pub(crate) end: [i64; BLOCK_ROWS],
+    /// 0 where the run is not surely all that [`Footprint::row`] gives, 1 where it is. (As wide as the others,
+    /// for the vectors' sake.)
     pub(crate) sure: [i64; BLOCK_ROWS],
 }
 
-struct Ends {
-    cone: [f64; 2],
-    axis: [f64; 2],
-    cone_sure: bool,
-    axis_sure: bool,
-    axis_counts: bool,
+/// First and last cell of a row in the cone.
+#[derive(Debug, Clone, Copy)]
+struct ConeEnds {
+    cells: [f64; 2],
+    /// Whether rounding cannot matter; else they are within these.
+    sure: bool,
+    /// From the apex; all x between them are in the cone.
+    inner: [f64; 2],
+}
+
+/// First and last cell of a row on the axis.
+#[derive(Debug, Clone, Copy)]
+struct AxisEnds {
+    cells: [f64; 2],
+    /// Whether rounding cannot matter; else they are within these.
+    sure: bool,
+    /// Whether there may be some, and some that are not the cone's.
+    counts: bool,
 }
 
 /// Cells of one row, as columns of the lattice.
@@ -75,6 +92,29 @@ pub(crate) struct Bounds {
     pub(crate) rows: Range<i64>,
 }
 
+impl Bound {
+    /// What an edge of a cone says about one side of a row. `turn` is 1 for the clockwise edge, -1 for the other;
+    /// `side` is 1 for the upper end, -1 for the lower.
+    fn new([cos, sin]: [f64; 2], turn: f64, side: f64, radius: f64) -> Self {
+        /// Farther than any cell.
+        const NOWHERE: f64 = 1e300;
+        // a point (x, y) is left of direction d where d.x y - d.y x >= 0, and right of it where <= 0
+        if turn * sin * side > 0.0 {
+            let error = radius * ANGLE_ERROR / sin.abs();
+            let slope = cos / sin;
+            let (low, high) = (-error, error);
+            Self { slope, low, high }
+        } else {
+            // a level edge leaves everything to the definition
+            let level = sin == 0.0 && side < 0.0;
+            let slope = 0.0;
+            let low = side * NOWHERE;
+            let high = if level { NOWHERE } else { low };
+            Self { slope, low, high }
+        }
+    }
+}
+
 impl Footprint {
     /// The footprint of a cone of full angle `width` (at most pi) and length `reach` [m] on a lattice whose
     /// corner is at `anchor`.
@@ -85,37 +125,27 @@ impl Footprint {
         let beam = Beam::new(beam.theta - anchor.theta, width, reach / resolution);
         let ([axis_cos, axis_sin], (half_sin, half_cos)) =
             (beam.direction, beam.half_angle.sin_cos());
+        // the axis turned clockwise, or the other way
         let edge = |turn: f64| {
-            // the axis turned clockwise, or the other way
-            let cos = axis_cos * half_cos + turn * axis_sin * half_sin;
-            let sin = axis_sin * half_cos - turn * axis_cos * half_sin;
-            [cos, sin]
+            [
+                axis_cos * half_cos + turn * axis_sin * half_sin,
+                axis_sin * half_cos - turn * axis_cos * half_sin,
+            ]
         };
         let edges = [edge(1.0), edge(-1.0)];
-        // a point (x, y) is left of direction d where d.x y - d.y x >= 0, and right of it where <= 0
-        let bound = |turn: f64, [cos, sin]: [f64; 2], side: f64| {
-            if turn * sin * side > 0.0 || (sin == 0.0 && side < 0.0) {
-                let error = beam.radius * ANGLE_ERROR / sin.abs();
-                Bound {
-                    slope: if sin == 0.0 { 0.0 } else { cos / sin },
-                    low: -error,
-                    high: error,
-                }
-            } else {
-                Bound {
-                    slope: 0.0,
-                    low: side * 1e300,
-                    high: side * 1e300,
-                }
-            }
+        let bound = |side| {
+            [
+                Bound::new(edges[0], 1.0, side, beam.radius),
+                Bound::new(edges[1], -1.0, side, beam.radius),
+            ]
         };
         let [dx, dy] = beam.tip;
         Self {
-            lower: [bound(1.0, edges[0], -1.0), bound(-1.0, edges[1], -1.0)],
-            upper: [bound(1.0, edges[0], 1.0), bound(-1.0, edges[1], 1.0)],
             apex: [to_place_step(x / resolution), to_place_step(y / resolution)],
             beam,
             edges,
+            lower: bound(-1.0),
+            upper: bound(1.0),
             axis_slope: if dy == 0.0 { 0.0 } else { dx / dy },
             // rows are taken larger by NEAR, too
             axis_error: NEAR
@@ -170,30 +200,32 @@ impl Footprint {
 
     /// The cells of row `j` that the beam touches.
     pub(crate) fn row(&self, j: i64) -> RowSpans {
-        let ends = self.ends(j as f64);
         let bottom = j as f64 - self.apex[1];
-        let (mut first, mut last) = (ends.cone[0] as i64, ends.cone[1] as i64);
-        if !ends.cone_sure {
+        let ends = self.cone_ends(bottom);
+        let axis_ends = self.axis_ends(bottom, ends.inner);
+        let (mut first, mut last) = (ends.cells[0] as i64, ends.cells[1] as i64);
+        if !ends.sure {
             (first, last) = self.settle(first, last, bottom + 0.5);
         }
         let cone = first..(last + 1).max(first);
-        let mut axis = [0..0, 0..0];
-        if ends.axis_counts {
-            let (mut first, mut last) = (ends.axis[0] as i64, ends.axis[1] as i64);
-            if !ends.axis_sure {
-                (first, last) = self.settle_axis(first, last, bottom);
-            }
-            let end = last + 1;
-            axis = if cone.is_empty() {
-                [first..end, end..end]
-            } else {
-                [first..end.min(cone.start), first.max(cone.end)..end]
-            };
+        if !axis_ends.counts {
+            let axis = [0..0, 0..0];
+            return RowSpans { cone, axis };
         }
+        let (mut first, mut last) = (axis_ends.cells[0] as i64, axis_ends.cells[1] as i64);
+        if !axis_ends.sure {
+            (first, last) = self.settle_axis(first, last, bottom);
+        }
+        let end = last + 1;
+        let axis = if cone.is_empty() {
+            [first..end, end..end]
+        } else {
+            [first..end.min(cone.start), first.max(cone.end)..end]
+        };
         RowSpans { cone, axis }
     }
 
-    /// The cells of [`BLOCK_ROWS`] rows from `j` on.
+    /// The cells of the rows from `j` on, the cone's and the axis's together.
     #[inline(always)]
     pub(crate) fn runs(&self, j: i64) -> Runs {
         let mut runs = Runs {
@@ -201,29 +233,22 @@ impl Footprint {
             end: [0; BLOCK_ROWS],
             sure: [0; BLOCK_ROWS],
         };
-        let j = j as f64;
-        for (k, step) in (0_i32..BLOCK_ROWS as i32).enumerate() {
-            let ends = self.ends(j + f64::from(step));
-            let [cone_first, cone_last] = ends.cone;
-            let [axis_first, axis_last] = ends.axis;
-            let empty = cone_last < cone_first;
-            // next to each other
-            let together = (axis_first <= cone_last + 1.0) & (axis_last >= cone_first - 1.0);
-            let sure = ends.cone_sure & (!ends.axis_counts | (ends.axis_sure & (empty | together)));
-            let first = if !ends.axis_counts {
-                cone_first
-            } else if empty {
-                axis_first
+        let bottom = j as f64 - self.apex[1];
+        // without a branch, or else it does not vectorise
+        for (k, step) in (0..BLOCK_ROWS).zip(0_i32..) {
+            let bottom = bottom + f64::from(step);
+            let cone = self.cone_ends(bottom);
+            let axis = self.axis_ends(bottom, cone.inner);
+            let ([from, to], [axis_from, axis_to]) = (cone.cells, axis.cells);
+            let empty = to < from;
+            let adjacent = (axis_from <= to + 1.0) & (axis_to >= from - 1.0);
+            let sure = cone.sure & (!axis.counts | (axis.sure & (empty | adjacent)));
+            let both = if empty {
+                [axis_from, axis_to]
             } else {
-                least(cone_first, axis_first)
+                [least(from, axis_from), most(to, axis_to)]
             };
-            let last = if !ends.axis_counts {
-                cone_last
-            } else if empty {
-                axis_last
-            } else {
-                most(cone_last, axis_last)
-            };
+            let [first, last] = if axis.counts { both } else { [from, to] };
             runs.first[k] = to_integer(first);
             runs.end[k] = to_integer(last + 1.0);
             runs.sure[k] = i64::from(sure);
@@ -231,10 +256,9 @@ impl Footprint {
         runs
     }
 
-    /// Where the rows' cells end, as far as that is sure.
+    /// The cells in the cone of the row that starts `bottom` above the apex: those whose centres are in it.
     #[inline(always)]
-    fn ends(&self, j: f64) -> Ends {
-        let bottom = j - self.apex[1];
+    fn cone_ends(&self, bottom: f64) -> ConeEnds {
         let y = bottom + 0.5;
         let squared = self.beam.radius_squared - y * y;
         let error = self.beam.radius_squared * SQUARE_ERROR;
@@ -244,45 +268,49 @@ impl Footprint {
         let outer = if squared < 0.0 { -1.0 } else { outer };
         // Each end lies between an outer and an inner place.
         let (mut from, mut to) = ((-outer, -inner), (inner, outer));
-        for bound in &self.upper {
-            let at = y * bound.slope;
-            to = (least(to.0, at + bound.low), least(to.1, at + bound.high));
+        for Bound { slope, low, high } in self.lower {
+            from = (
+                most(from.0, y * slope + low),
+                most(from.1, y * slope + high),
+            );
         }
-        for bound in &self.lower {
-            let at = y * bound.slope;
-            from = (most(from.0, at + bound.low), most(from.1, at + bound.high));
+        for Bound { slope, low, high } in self.upper {
+            to = (least(to.0, y * slope + low), least(to.1, y * slope + high));
         }
         let base = self.apex[0] - 0.5;
-        let cone = [(from.0 + base).ceil(), (to.1 + base).floor()];
-        let cone_sure = (cone[0] == (from.1 + base).ceil()) & (cone[1] == (to.0 + base).floor());
+        let cells = [(from.0 + base).ceil(), (to.1 + base).floor()];
+        ConeEnds {
+            cells,
+            sure: (cells[0] >= (from.1 + base).ceil()) & (cells[1] <= (to.0 + base).floor()),
+            inner: [from.1, to.0],
+        }
+    }
 
+    /// The cells that the axis crosses in the row that starts `bottom` above the apex. `cone` is a part of the
+    /// cone in that row.
+    #[inline(always)]
+    fn axis_ends(&self, bottom: f64, cone: [f64; 2]) -> AxisEnds {
         let [dx, dy] = self.beam.tip;
-        let low = most(bottom - NEAR, least(dy, 0.0));
-        let high = least(bottom + 1.0 + NEAR, most(dy, 0.0));
+        let (start, end) = (least(dy, 0.0), most(dy, 0.0));
+        let low = most(bottom - NEAR, start);
+        let high = least(bottom + 1.0 + NEAR, end);
         let (a, b) = (low * self.axis_slope, high * self.axis_slope);
         // rounding must not carry the ends past the tip of a nearly horizontal axis
-        let axis_from = most(least(a, b) - self.axis_error, least(dx, 0.0) - NEAR);
-        let axis_to = least(most(a, b) + self.axis_error, most(dx, 0.0) + NEAR);
+        let from = most(least(a, b) - self.axis_error, least(dx, 0.0) - NEAR);
+        let to = least(most(a, b) + self.axis_error, most(dx, 0.0) + NEAR);
         // Where the axis is half a cell or more inside the cone, its cells are the cone's.
         let reserve = 0.5 + self.axis_error;
-        let inside = (from.1 + reserve < axis_from) & (axis_to < to.0 - reserve);
-        let axis_counts = (low <= high) & !inside;
-        let (f, t) = (
-            axis_from + self.apex[0] - NEAR,
-            axis_to + self.apex[0] + NEAR,
-        );
-        let axis = [f.floor(), t.floor()];
+        let inside = (cone[0] + reserve < from) & (to < cone[1] - reserve);
+        let (from, to) = (from + self.apex[0] - NEAR, to + self.apex[0] + NEAR);
+        let cells = [from.floor(), to.floor()];
         let error = 2.0 * self.axis_error + 4.0 * NEAR;
-        let well_inside =
-            most(bottom, least(dy, 0.0)) + 4.0 * NEAR < least(bottom + 1.0, most(dy, 0.0));
-        let axis_sure =
-            (axis[0] == (f + error).floor()) & (axis[1] == (t - error).floor()) & well_inside;
-        Ends {
-            cone,
-            cone_sure,
-            axis,
-            axis_sure,
-            axis_counts,
+        let well_in_row = most(bottom, start) + 4.0 * NEAR < least(bottom + 1.0, end);
+        AxisEnds {
+            cells,
+            sure: (cells[0] >= (from + error).floor())
+                & (cells[1] <= (to - error).floor())
+                & well_in_row,
+            counts: (low <= high) & !inside,
         }
     }
 

@@ -319,12 +319,8 @@ impl OccupancyGrid {
     /// Adds prepared shots, which lie in `rows`, and forgets them.
     fn add(&mut self, shots: &mut Vec<Prepared<'_>>, rows: Range<i64>) {
         if let Some(covered) = &self.covered {
-            pulp::Arch::new().dispatch(AddShots {
-                shots,
-                rows,
-                covered,
-                log_odds: &mut self.log_odds,
-            });
+            let work = AddShots::new(shots, rows, &mut self.log_odds, covered);
+            pulp::Arch::new().dispatch(work);
         }
         shots.clear();
     }
