@@ -69,9 +69,9 @@ pub(crate) fn twice<L: Lattice>(
     }
 }
 
-/// Rows that pass at a time.
+/// Rows that pass at a time: more than elsewhere, for two of each band are made twice.
 fn band_rows(image: &BitImage) -> usize {
-    (BAND_WORDS / image.stride()).clamp(1, image.height())
+    (2 * BAND_WORDS / image.stride()).clamp(1, image.height())
 }
 
 /// Rows of an image, also where there are none.
