@@ -1,0 +1,94 @@
+//! Canny's edges, bit for bit those of `cv2.Canny` with aperture 3.
+
+use image::GrayImage;
+
+use crate::{EdgeMap, EdgePixel, reference};
+
+/// How gx and gy make a magnitude.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Norm {
+    /// |gx| + |gy|
+    #[default]
+    L1,
+    /// sqrt(gx^2 + gy^2)
+    L2,
+}
+
+/// Parameters of [`canny`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CannyParams {
+    /// A pixel above this magnitude is an edge if a strong one leads to it [Sobel units: 4 x the step in
+    /// gray levels], 0 to 2040. Raised: gaps.
+    pub low: f64,
+    /// A pixel above this magnitude is an edge by itself [Sobel units], 0 to 2040. Raised: faint edges go.
+    pub high: f64,
+    /// How gx and gy make a magnitude.
+    pub norm: Norm,
+}
+
+impl Default for CannyParams {
+    fn default() -> Self {
+        Self {
+            low: 50.0,
+            high: 150.0,
+            norm: Norm::L1,
+        }
+    }
+}
+
+impl CannyParams {
+    /// Both limits as whole magnitudes (L1) or squared magnitudes (L2), the smaller first.
+    pub(crate) fn limits(&self) -> (i32, i32) {
+        let (low, high) = if self.low > self.high {
+            (self.high, self.low)
+        } else {
+            (self.low, self.high)
+        };
+        let limit = |value: f64| match self.norm {
+            Norm::L1 => value.floor() as i32,
+            Norm::L2 => {
+                let value = value.min(32767.0);
+                let squared = if value > 0.0 { value * value } else { value };
+                squared.floor() as i32
+            }
+        };
+        (limit(low), limit(high))
+    }
+}
+
+/// The edges of `image`.
+#[must_use]
+pub fn canny(image: &GrayImage, params: &CannyParams) -> EdgeMap {
+    let mut edges = EdgeMap::new();
+    Canny::new().detect(image, params, &mut edges);
+    edges
+}
+
+/// The buffers of [`canny`], for frame after frame.
+#[derive(Clone, Debug, Default)]
+pub struct Canny {}
+
+impl Canny {
+    /// Buffers that grow with the first frame.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// `edges` becomes the edges of `image`.
+    pub fn detect(&mut self, image: &GrayImage, params: &CannyParams, edges: &mut EdgeMap) {
+        let picture = reference::canny::canny(image, params);
+        let stride = image.width().div_ceil(64) as usize;
+        (edges.width, edges.height) = image.dimensions();
+        edges.pixels.clear();
+        edges.words.clear();
+        edges.words.resize(stride * image.height() as usize, 0);
+        for (u, v, pixel) in picture.enumerate_pixels() {
+            if pixel.0[0] == 255 {
+                let (gx, gy) = reference::gradient::sobel(image, u, v);
+                edges.pixels.push(EdgePixel { u, v, gx, gy });
+                edges.words[v as usize * stride + u as usize / 64] |= 1 << (u % 64);
+            }
+        }
+    }
+}
