@@ -1,10 +1,17 @@
 #![doc = include_str!("../README.md")]
 
+mod accumulator;
 mod canny;
+mod direction;
 mod edge_map;
 mod gradient;
+mod hough;
+mod peaks;
 pub mod reference;
+mod vote_blocks;
 
+pub use accumulator::Accumulator;
 pub use canny::{Canny, CannyParams, Norm, canny};
 pub use edge_map::{EdgeMap, EdgePixel};
 pub use gradient::Gradient;
+pub use hough::{Hough, HoughError, HoughParams, Line, Voting, hough};
