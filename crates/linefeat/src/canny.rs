@@ -52,7 +52,8 @@ impl CannyParams {
                 squared.floor() as i32
             }
         };
-        (limit(low), limit(high))
+        // only a threshold that is no number can leave the high limit below the low one
+        (limit(low), limit(high).max(limit(low)))
     }
 }
 
