@@ -3,7 +3,10 @@
 mod canny;
 mod edge_map;
 mod gradient;
+mod hysteresis;
+mod pack;
 pub mod reference;
+mod ridge;
 
 pub use canny::{Canny, CannyParams, Norm, canny};
 pub use edge_map::{EdgeMap, EdgePixel};
