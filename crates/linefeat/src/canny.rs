@@ -2,7 +2,10 @@
 
 use image::GrayImage;
 
-use crate::{EdgeMap, EdgePixel, reference};
+use crate::{
+    EdgeMap, hysteresis,
+    ridge::{Bits, Rows, ridges},
+};
 
 /// How gx and gy make a magnitude.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -52,7 +55,8 @@ impl CannyParams {
                 squared.floor() as i32
             }
         };
-        (limit(low), limit(high))
+        // only a threshold that is no number can leave the high limit below the low one
+        (limit(low), limit(high).max(limit(low)))
     }
 }
 
@@ -66,7 +70,12 @@ pub fn canny(image: &GrayImage, params: &CannyParams) -> EdgeMap {
 
 /// The buffers of [`canny`], for frame after frame.
 #[derive(Clone, Debug, Default)]
-pub struct Canny {}
+pub struct Canny {
+    rows: Rows<i16>,
+    long_rows: Rows<i32>,
+    weak: Vec<u64>,
+    stack: Vec<usize>,
+}
 
 impl Canny {
     /// Buffers that grow with the first frame.
@@ -77,18 +86,22 @@ impl Canny {
 
     /// `edges` becomes the edges of `image`.
     pub fn detect(&mut self, image: &GrayImage, params: &CannyParams, edges: &mut EdgeMap) {
-        let picture = reference::canny::canny(image, params);
         let stride = image.width().div_ceil(64) as usize;
+        let height = image.height() as usize;
         (edges.width, edges.height) = image.dimensions();
-        edges.pixels.clear();
-        edges.words.clear();
-        edges.words.resize(stride * image.height() as usize, 0);
-        for (u, v, pixel) in picture.enumerate_pixels() {
-            if pixel.0[0] == 255 {
-                let (gx, gy) = reference::gradient::sobel(image, u, v);
-                edges.pixels.push(EdgePixel { u, v, gx, gy });
-                edges.words[v as usize * stride + u as usize / 64] |= 1 << (u % 64);
+        edges.words.resize(stride * height, 0);
+        self.weak.resize(stride * height, 0);
+        let bits = Bits {
+            weak: &mut self.weak,
+            strong: &mut edges.words,
+        };
+        if stride > 0 && height > 0 {
+            match params.norm {
+                Norm::L1 => ridges(image, 0..height, params.limits(), &mut self.rows, bits),
+                Norm::L2 => ridges(image, 0..height, params.limits(), &mut self.long_rows, bits),
             }
         }
+        hysteresis::follow(&self.weak, &mut edges.words, stride, &mut self.stack);
+        edges.collect(image);
     }
 }

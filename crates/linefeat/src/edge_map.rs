@@ -66,6 +66,40 @@ impl EdgeMap {
         u < self.width && v < self.height && self.row(v)[u as usize / 64] >> (u % 64) & 1 == 1
     }
 
+    /// The list from the bits and the picture.
+    pub(crate) fn collect(&mut self, image: &GrayImage) {
+        self.pixels.clear();
+        let width = self.width as usize;
+        let stride = width.div_ceil(64);
+        let raw = image.as_raw();
+        let height = self.height as usize;
+        for v in 0..height {
+            let row = |v: usize| &raw[v * width..][..width];
+            let rows = [
+                row(v.saturating_sub(1)),
+                row(v),
+                row((v + 1).min(height - 1)),
+            ];
+            for (w, &word) in self.words[v * stride..][..stride].iter().enumerate() {
+                let mut rest = word;
+                while rest != 0 {
+                    let u = w * 64 + rest.trailing_zeros() as usize;
+                    rest &= rest - 1;
+                    let (l, r) = (u.saturating_sub(1), (u + 1).min(width - 1));
+                    let [a, h, b] = rows.map(|row| [l, u, r].map(|u| i16::from(row[u])));
+                    let gx = (a[2] + 2 * h[2] + b[2]) - (a[0] + 2 * h[0] + b[0]);
+                    let gy = (b[0] + 2 * b[1] + b[2]) - (a[0] + 2 * a[1] + a[2]);
+                    self.pixels.push(EdgePixel {
+                        u: u as u32,
+                        v: v as u32,
+                        gx,
+                        gy,
+                    });
+                }
+            }
+        }
+    }
+
     /// 255 at edge pixels, 0 elsewhere.
     #[must_use]
     pub fn to_gray(&self) -> GrayImage {

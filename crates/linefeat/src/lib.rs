@@ -6,8 +6,11 @@ mod direction;
 mod edge_map;
 mod gradient;
 mod hough;
+mod hysteresis;
+mod pack;
 mod peaks;
 pub mod reference;
+mod ridge;
 mod vote_blocks;
 
 pub use accumulator::Accumulator;
