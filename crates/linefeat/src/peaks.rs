@@ -113,7 +113,6 @@ fn neighbour(votes: &Accumulator, k: usize, dk: isize) -> (usize, bool) {
 /// the peak's height falls with `1 / sqrt(w^2 + error^2)`: its inverse square is a parabola, and three
 /// heights give the angle. Rho is the mean of the bins about the peak.
 fn refined(votes: &Accumulator, k: usize, r: usize) -> Line {
-    let mid = r as f64 - votes.reach as f64;
     let (height, rho) = crest(votes.row(k), r, 0);
     // farthest that a peak moves from one angle to the next
     let step = PI / votes.angles as f64;
@@ -132,8 +131,6 @@ fn refined(votes: &Accumulator, k: usize, r: usize) -> Line {
     } else {
         (0.5 * (before - after) / bend).clamp(-0.5, 0.5)
     };
-    let along = if shift < 0.0 { mid + rho - mid - beside[0].1 - 0.0 } else { beside[1].1 - rho };
-    let _ = along;
     let slope = if shift < 0.0 { rho - beside[0].1 } else { beside[1].1 - rho };
     let (theta, rho) = ((k as f64 + shift) * step, (rho + shift * slope) * votes.rho_px);
     let own_votes = u32::from(votes.row(k)[r]);

@@ -20,7 +20,7 @@ pub fn votes(edges: &EdgeMap, params: &HoughParams) -> Vec<Vec<u16>> {
         digits -= 1;
     }
     let one = f64::from(1 << digits);
-    let mut votes = vec![vec![0; 2 * reach + 1]; angles];
+    let mut votes = vec![vec![0u16; 2 * reach + 1]; angles];
     for (k, row) in votes.iter_mut().enumerate() {
         let theta = k as f64 * PI / angles as f64;
         let cos = (theta.cos() * (one / params.rho_px)).round() as i64;
