@@ -36,29 +36,29 @@ const FEWEST: usize = 6;
 #[derive(Clone, Copy, Debug)]
 struct Weights {
     /// The sum is 0 at the edge.
-    place: [i16; TAPS],
+    place: [i32; TAPS],
     /// The change of that sum with p: the edge's height.
-    slope: [i16; TAPS],
+    slope: [i32; TAPS],
 }
 
-/// One cut's measurement.
+/// One cut's measurement, in whole numbers: their sums are exact and need no order.
 #[derive(Clone, Copy, Debug)]
 struct Cut {
     /// Step along the line.
-    t: f64,
-    /// Where the sums were taken.
-    at: f64,
+    t: i32,
+    /// Where the sums were taken [1 / PHASES px].
+    at: i32,
     /// Both sums, [`ONE`] times.
-    place: f64,
-    slope: f64,
-    /// Whether there is an edge at all.
-    shows: bool,
+    place: i32,
+    slope: i32,
 }
 
 /// Buffers of [`Profiles::fit`].
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Profiles {
     cuts: Vec<Cut>,
+    /// Sums of the slopes before each cut.
+    slopes: Vec<i64>,
 }
 
 /// Tukey's biweight.
@@ -82,7 +82,7 @@ fn weights() -> &'static [Weights; PHASES] {
             // W between pixel i - 1 and pixel i
             let between = |i: usize, w: fn(f64) -> f64| {
                 let inner = (1..TAPS).contains(&i);
-                if inner { (ONE * w(i as f64 - 3.5 - p)).round() as i16 } else { 0 }
+                if inner { (ONE * w(i as f64 - 3.5 - p)).round() as i32 } else { 0 }
             };
             let pixels = |w: fn(f64) -> f64| {
                 std::array::from_fn(|i| between(i, w) - between(i + 1, w))
@@ -107,84 +107,98 @@ impl Fit {
     fn at(&self, t: f64) -> f64 {
         self.value + self.slope * (t - self.middle)
     }
+
+    /// Distance of a cut's place from the line.
+    #[inline(always)]
+    fn residual(&self, cut: &Cut, per_height: f64) -> f64 {
+        let place = f64::from(cut.at) / PHASES as f64 + f64::from(cut.place) * per_height;
+        place - self.at(f64::from(cut.t))
+    }
 }
 
 impl Profiles {
-    /// The segment along `path`, if at least `least` cuts show its edge.
+    /// The segment along `path`, if at least half of `least` cuts show its edge.
     pub(crate) fn fit(&mut self, image: &GrayImage, path: &Path, least: u32) -> Option<Segment> {
-        let (mut offset, mut slope) = (path.offset, path.slope);
-        let mut near = NEAR;
-        let mut fit = None;
-        let mut height = 0.0;
-        for _ in 0..2 {
-            pulp::Arch::new().dispatch(Measure {
-                image,
-                path,
-                line: [offset, slope],
-                cuts: &mut self.cuts,
-            });
-            height = self.keep_edge(offset, slope, near)?;
-            let line = self.line(height);
-            (offset, slope) = (line.value - line.slope * line.middle, line.slope);
-            near = NEAR.max(NEAR_SIGMAS * self.deviation(&line, height));
-            fit = Some(line);
-        }
-        let fit = fit?;
+        let rough = self.pass(image, path, [path.offset, path.slope], NEAR)?;
+        let line = self.line(rough);
+        let deviation = (self.squares(&line, rough) / (line.count - 2.0)).sqrt();
+        let near = NEAR.max(NEAR_SIGMAS * deviation);
+        let height = self.pass(image, path, [line.at(0.0), line.slope], near)?;
         if self.cuts.len() < (least as usize).div_ceil(2) {
             return None;
         }
+        let fit = self.line(height);
         let variance = self.variance(&fit, height);
         self.segment(image, path, &fit, variance)
     }
 
-    /// Keeps the cuts that show the edge near the line; the mean slope of their sums.
-    fn keep_edge(&mut self, offset: f64, slope: f64, near: f64) -> Option<f64> {
-        let cuts = &mut self.cuts;
-        if cuts.len() < FEWEST {
+    /// Measures about a line (offset, slope) and keeps the cuts that show the edge near it; the mean slope of their
+    /// sums.
+    fn pass(&mut self, image: &GrayImage, path: &Path, line: [f64; 2], near: f64) -> Option<f64> {
+        pulp::Arch::new().dispatch(Measure { image, path, line, cuts: &mut self.cuts });
+        let count = self.cuts.len();
+        if count < FEWEST {
             return None;
         }
-        let mean = cuts.iter().map(|cut| cut.slope).sum::<f64>() / cuts.len() as f64;
-        let mut sum: f64 = cuts[..AROUND].iter().map(|cut| cut.slope).sum();
-        for i in 0..cuts.len() {
-            sum += cuts.get(i + AROUND).map_or(0.0, |cut| cut.slope);
-            let (first, end) = (i.saturating_sub(AROUND), (i + AROUND + 1).min(cuts.len()));
-            cuts[i].shows = sum > FAINT * mean * (end - first) as f64;
-            if i >= AROUND {
-                sum -= cuts[i - AROUND].slope;
-            }
+        self.slopes.clear();
+        self.slopes.push(0);
+        let mut sum = 0;
+        self.slopes.extend(self.cuts.iter().map(|cut| {
+            sum += i64::from(cut.slope);
+            sum
+        }));
+        let mean = sum as f64 / count as f64;
+        let mut kept = 0;
+        for i in 0..count {
+            let (first, end) = (i.saturating_sub(AROUND), (i + AROUND + 1).min(count));
+            let around = (self.slopes[end] - self.slopes[first]) as f64;
+            let cut = self.cuts[i];
+            let shift = f64::from(cut.at) / PHASES as f64 - line[0] - line[1] * f64::from(cut.t);
+            let shows = around > FAINT * mean * (end - first) as f64;
+            let is_near = (shift * mean + f64::from(cut.place)).abs() < near * mean;
+            self.cuts[kept] = cut;
+            kept += usize::from(shows & is_near);
         }
-        cuts.retain(|cut| {
-            let distance = (cut.at - offset - slope * cut.t) * mean + cut.place;
-            cut.shows && distance.abs() < near * mean
-        });
-        let height = cuts.iter().map(|cut| cut.slope).sum::<f64>() / cuts.len() as f64;
-        (cuts.len() >= FEWEST && height > 0.0).then_some(height)
-    }
-
-    /// Standard deviation of the cuts' places from a line.
-    fn deviation(&self, fit: &Fit, height: f64) -> f64 {
-        let square = |cut: &Cut| (cut.at + cut.place / height - fit.at(cut.t)).powi(2);
-        (self.cuts.iter().map(square).sum::<f64>() / (fit.count - 2.0)).sqrt()
+        self.cuts.truncate(kept);
+        let sum: i64 = self.cuts.iter().map(|cut| i64::from(cut.slope)).sum();
+        (kept >= FEWEST && sum > 0).then(|| sum as f64 / kept as f64)
     }
 
     fn line(&self, height: f64) -> Fit {
-        let count = self.cuts.len() as f64;
-        let middle = self.cuts.iter().map(|cut| cut.t).sum::<f64>() / count;
-        let (mut value, mut spread, mut product) = (0.0, 0.0, 0.0);
+        let base = self.cuts[0];
+        let mut sums = [0i64; 6];
         for cut in &self.cuts {
-            let (t, y) = (cut.t - middle, cut.at + cut.place / height);
-            value += y;
-            spread += t * t;
-            product += t * y;
+            let (t, at) = (i64::from(cut.t - base.t), i64::from(cut.at - base.at));
+            let place = i64::from(cut.place);
+            for (sum, term) in sums.iter_mut().zip([t, t * t, at, t * at, place, t * place]) {
+                *sum += term;
+            }
         }
-        Fit { count, middle, value: value / count, slope: product / spread, spread }
+        let [t, tt, at, t_at, place, t_place] = sums.map(|sum| sum as f64);
+        let count = self.cuts.len() as f64;
+        let spread = tt - t * t / count;
+        let y = at / PHASES as f64 + place / height;
+        let ty = t_at / PHASES as f64 + t_place / height;
+        Fit {
+            count,
+            middle: f64::from(base.t) + t / count,
+            value: f64::from(base.at) / PHASES as f64 + y / count,
+            slope: (ty - t * y / count) / spread,
+            spread,
+        }
+    }
+
+    /// Sum of squared residuals.
+    fn squares(&self, fit: &Fit, height: f64) -> f64 {
+        let square = |cut: &Cut| fit.residual(cut, 1.0 / height).powi(2);
+        self.cuts.iter().map(square).sum()
     }
 
     /// Variances of a cut's place: the part that is independent from cut to cut, and the part that all share.
     fn variance(&self, fit: &Fit, height: f64) -> [f64; 2] {
         let (mut sum, mut lagged, mut previous) = (0.0, 0.0, 0.0);
         for cut in &self.cuts {
-            let residual = cut.at + cut.place / height - fit.at(cut.t);
+            let residual = fit.residual(cut, 1.0 / height);
             sum += residual * residual;
             lagged += residual * previous;
             previous = residual;
@@ -207,7 +221,7 @@ impl Profiles {
     }
 
     fn segment(&self, image: &GrayImage, path: &Path, fit: &Fit, variance: [f64; 2]) -> Option<Segment> {
-        let (first, last) = (self.cuts.first()?.t, self.cuts.last()?.t);
+        let (first, last) = (self.cuts.first()?, self.cuts.last()?);
         let b = fit.slope;
         let at_zero = fit.value - b * fit.middle;
         let q = (1.0 + b * b).sqrt();
@@ -235,8 +249,8 @@ impl Profiles {
         let mixed = by_slope * theta_by_slope * slope;
         let contrast = self.contrast(image, path);
         Some(Segment {
-            start: end(first),
-            end: end(last),
+            start: end(f64::from(first.t)),
+            end: end(f64::from(last.t)),
             rho,
             theta,
             covariance: [
@@ -252,7 +266,7 @@ impl Profiles {
     fn contrast(&self, image: &GrayImage, path: &Path) -> f64 {
         let mut sum = 0i32;
         for cut in &self.cuts {
-            let taps = taps(image, path.along_u, cut.t as usize, cut.at as usize - 3);
+            let taps = taps(image, path.along_u, cut.t as usize, cut.at as usize / PHASES - 3);
             sum += taps[6] + taps[7] - taps[0] - taps[1];
         }
         0.5 * f64::from(sum.abs()) / self.cuts.len() as f64
@@ -288,28 +302,28 @@ impl pulp::NullaryFnOnce for Measure<'_> {
         let Self { image, path, line: [offset, slope], cuts } = self;
         let across = if path.along_u { image.height() } else { image.width() };
         let whole = 3.0..f64::from(across) - 4.0 - 1.0 / PHASES as f64;
-        let sign = if path.rising { 1.0 } else { -1.0 };
+        let sign = if path.rising { 1 } else { -1 };
+        let weights = weights();
         cuts.clear();
+        cuts.reserve(path.extent() as usize);
         for step in path.first..=path.last {
-            let t = f64::from(step);
-            let p = offset + slope * t;
+            let p = offset + slope * f64::from(step);
             if !whole.contains(&p) {
                 continue;
             }
             let index = (p * PHASES as f64 + 0.5) as usize;
-            let weights = &weights()[index % PHASES];
+            let weights = &weights[index % PHASES];
             let taps = taps(image, path.along_u, step as usize, index / PHASES - 3);
             let (mut place, mut slope) = (0, 0);
             for i in 0..TAPS {
-                place += taps[i] * i32::from(weights.place[i]);
-                slope += taps[i] * i32::from(weights.slope[i]);
+                place += taps[i] * weights.place[i];
+                slope += taps[i] * weights.slope[i];
             }
             cuts.push(Cut {
-                t,
-                at: index as f64 / PHASES as f64,
-                place: sign * f64::from(place),
-                slope: sign * f64::from(slope),
-                shows: true,
+                t: step,
+                at: index as i32,
+                place: sign * place,
+                slope: sign * slope,
             });
         }
     }
