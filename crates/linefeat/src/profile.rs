@@ -29,6 +29,8 @@ const FAINT: f64 = 0.3;
 const NEAR: f64 = 1.5;
 /// The same in standard deviations.
 const NEAR_SIGMAS: f64 = 4.0;
+/// Cuts that the first line is fitted to: the second only needs to begin near.
+const ROUGH: usize = 16;
 /// So many cuts at least make a line.
 const FEWEST: usize = 6;
 
@@ -119,11 +121,12 @@ impl Fit {
 impl Profiles {
     /// The segment along `path`, if at least half of `least` cuts show its edge.
     pub(crate) fn fit(&mut self, image: &GrayImage, path: &Path, least: u32) -> Option<Segment> {
-        let rough = self.pass(image, path, [path.offset, path.slope], NEAR)?;
+        let every = (path.extent() as usize / ROUGH).max(1);
+        let rough = self.pass(image, path, [path.offset, path.slope], every, NEAR)?;
         let line = self.line(rough);
         let deviation = (self.squares(&line, rough) / (line.count - 2.0)).sqrt();
         let near = NEAR.max(NEAR_SIGMAS * deviation);
-        let height = self.pass(image, path, [line.at(0.0), line.slope], near)?;
+        let height = self.pass(image, path, [line.at(0.0), line.slope], 1, near)?;
         if self.cuts.len() < (least as usize).div_ceil(2) {
             return None;
         }
@@ -132,10 +135,18 @@ impl Profiles {
         self.segment(image, path, &fit, variance)
     }
 
-    /// Measures about a line (offset, slope) and keeps the cuts that show the edge near it; the mean slope of their
-    /// sums.
-    fn pass(&mut self, image: &GrayImage, path: &Path, line: [f64; 2], near: f64) -> Option<f64> {
-        pulp::Arch::new().dispatch(Measure { image, path, line, cuts: &mut self.cuts });
+    /// Measures every so many cuts about a line (offset, slope) and keeps those that show the edge near it;
+    /// the mean slope of their sums.
+    fn pass(
+        &mut self,
+        image: &GrayImage,
+        path: &Path,
+        line: [f64; 2],
+        every: usize,
+        near: f64,
+    ) -> Option<f64> {
+        let cuts = &mut self.cuts;
+        pulp::Arch::new().dispatch(Measure { image, path, line, every, cuts });
         let count = self.cuts.len();
         if count < FEWEST {
             return None;
@@ -291,6 +302,7 @@ struct Measure<'a> {
     image: &'a GrayImage,
     path: &'a Path,
     line: [f64; 2],
+    every: usize,
     cuts: &'a mut Vec<Cut>,
 }
 
@@ -299,14 +311,14 @@ impl pulp::NullaryFnOnce for Measure<'_> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { image, path, line: [offset, slope], cuts } = self;
+        let Self { image, path, line: [offset, slope], every, cuts } = self;
         let across = if path.along_u { image.height() } else { image.width() };
         let whole = 3.0..f64::from(across) - 4.0 - 1.0 / PHASES as f64;
         let sign = if path.rising { 1 } else { -1 };
         let weights = weights();
         cuts.clear();
         cuts.reserve(path.extent() as usize);
-        for step in path.first..=path.last {
+        for step in (path.first..=path.last).step_by(every) {
             let p = offset + slope * f64::from(step);
             if !whole.contains(&p) {
                 continue;
