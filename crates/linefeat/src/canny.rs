@@ -4,7 +4,7 @@ use image::GrayImage;
 
 use crate::{
     EdgeMap, hysteresis,
-    ridge::{Bits, Rows, ridges},
+    ridge::{Bits, Job, Rows, Width as _},
 };
 
 /// How gx and gy make a magnitude.
@@ -47,12 +47,13 @@ impl CannyParams {
         } else {
             (self.low, self.high)
         };
+        // no magnitude is greater than that of (1020, 1020), and one of 0 is no ridge
         let limit = |value: f64| match self.norm {
-            Norm::L1 => value.floor() as i32,
+            Norm::L1 => (value.floor() as i32).clamp(-1, 2040),
             Norm::L2 => {
                 let value = value.min(32767.0);
                 let squared = if value > 0.0 { value * value } else { value };
-                squared.floor() as i32
+                (squared.floor() as i32).clamp(-1, 2 * 1020 * 1020)
             }
         };
         // only a threshold that is no number can leave the high limit below the low one
@@ -91,15 +92,26 @@ impl Canny {
         (edges.width, edges.height) = image.dimensions();
         edges.words.resize(stride * height, 0);
         self.weak.resize(stride * height, 0);
+        let rows = 0..height;
         let bits = Bits {
             weak: &mut self.weak,
             strong: &mut edges.words,
         };
-        if stride > 0 && height > 0 {
-            match params.norm {
-                Norm::L1 => ridges(image, 0..height, params.limits(), &mut self.rows, bits),
-                Norm::L2 => ridges(image, 0..height, params.limits(), &mut self.long_rows, bits),
-            }
+        match params.norm {
+            Norm::L1 => i16::run(Job {
+                image,
+                rows,
+                limits: params.limits(),
+                buffers: &mut self.rows,
+                bits,
+            }),
+            Norm::L2 => i32::run(Job {
+                image,
+                rows,
+                limits: params.limits(),
+                buffers: &mut self.long_rows,
+                bits,
+            }),
         }
         hysteresis::follow(&self.weak, &mut edges.words, stride, &mut self.stack);
         edges.collect(image);

@@ -4,7 +4,7 @@ mod canny;
 mod edge_map;
 mod gradient;
 mod hysteresis;
-mod pack;
+mod lanes;
 pub mod reference;
 mod ridge;
 
