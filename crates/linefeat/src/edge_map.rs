@@ -99,21 +99,34 @@ impl pulp::NullaryFnOnce for Collect<'_> {
         let mut out = map.pixels.iter_mut();
         for v in 0..height {
             let row = |v: usize| &raw[v * width..][..width];
-            let (above, here, below) = (row(v.saturating_sub(1)), row(v), row((v + 1).min(height - 1)));
+            let (above, here, below) = (
+                row(v.saturating_sub(1)),
+                row(v),
+                row((v + 1).min(height - 1)),
+            );
             for (w, &word) in map.words[v * stride..][..stride].iter().enumerate() {
                 let mut rest = word;
                 while rest != 0 {
                     let u = w * 64 + rest.trailing_zeros() as usize;
                     rest &= rest - 1;
                     let (gx, gy) = if u > 0 && u + 1 < width {
-                        sobel(&above[u - 1..u + 2], &here[u - 1..u + 2], &below[u - 1..u + 2])
+                        sobel(
+                            &above[u - 1..u + 2],
+                            &here[u - 1..u + 2],
+                            &below[u - 1..u + 2],
+                        )
                     } else {
                         let (l, r) = (u.saturating_sub(1), (u + 1).min(width - 1));
                         let three = |row: &[u8]| [row[l], row[u], row[r]];
                         sobel(&three(above), &three(here), &three(below))
                     };
                     if let Some(out) = out.next() {
-                        *out = EdgePixel { u: u as u32, v: v as u32, gx, gy };
+                        *out = EdgePixel {
+                            u: u as u32,
+                            v: v as u32,
+                            gx,
+                            gy,
+                        };
                     }
                 }
             }

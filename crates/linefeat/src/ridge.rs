@@ -1,27 +1,14 @@
 //! Pixels whose gradient magnitude is greatest along the gradient, as bits: row after row through buffers
 //! that stay in the nearest cache.
 
-use std::{marker::PhantomData, ops::Range};
+use std::ops::Range;
 
 use image::GrayImage;
 
-use crate::lanes::{Lanes, Portable};
-
-/// Pixels a word.
-const WORD: usize = 64;
-/// A word's pixels and one more on either side.
-const WIDE: usize = WORD + 2;
-/// Places before the first pixel of a row, so that neighbours to the left need no special case.
-const MARGIN: usize = 32;
-
-/// The rows at work: row v is kept at v modulo the number of rows.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Rows<T> {
-    bytes: [Vec<u8>; 3],
-    gx: [Vec<T>; 2],
-    gy: [Vec<T>; 2],
-    magnitude: [Vec<T>; 3],
-}
+use crate::{
+    lanes::{Lanes, Task, Width},
+    rows::{MARGIN, Rows, WIDE, WORD, wide},
+};
 
 /// Where the bits go.
 pub(crate) struct Bits<'a> {
@@ -31,14 +18,8 @@ pub(crate) struct Bits<'a> {
     pub(crate) strong: &'a mut [u64],
 }
 
-/// The two widths of a magnitude.
-pub(crate) trait Width: Copy + Default {
-    /// Does the rows with the widest registers there are.
-    fn run(job: Job<'_, Self>);
-}
-
-/// What is to be done.
-pub(crate) struct Job<'a, T> {
+/// The search for ridge pixels.
+pub(crate) struct Ridges<'a, T> {
     pub(crate) image: &'a GrayImage,
     /// The rows whose bits are wanted; the bits of others stay as they are.
     pub(crate) rows: Range<usize>,
@@ -48,41 +29,10 @@ pub(crate) struct Job<'a, T> {
     pub(crate) bits: Bits<'a>,
 }
 
-struct With<'a, L: Lanes>(L, Job<'a, L::Value>);
-
-impl<L: Lanes<Value: Default>> pulp::NullaryFnOnce for With<'_, L> {
+impl<T: Width> Task for Ridges<'_, T> {
+    type Value = T;
     type Output = ();
 
-    #[inline(always)]
-    fn call(self) {
-        self.1.run(self.0);
-    }
-}
-
-macro_rules! width {
-    ($value:ty, $v4:ident, $v3:ident) => {
-        impl Width for $value {
-            fn run(job: Job<'_, Self>) {
-                #[cfg(target_arch = "x86_64")]
-                {
-                    use crate::lanes::x86::{$v3, $v4};
-                    if let Some(simd) = pulp::x86::V4::try_new() {
-                        return simd.vectorize(With($v4(simd), job));
-                    }
-                    if let Some(simd) = pulp::x86::V3::try_new() {
-                        return simd.vectorize(With($v3(simd), job));
-                    }
-                }
-                job.run(Portable::<Self>(PhantomData));
-            }
-        }
-    };
-}
-
-width!(i16, V4Short, V3Short);
-width!(i32, V4Long, V3Long);
-
-impl<T: Copy + Default> Job<'_, T> {
     #[inline(always)]
     fn run<L: Lanes<Value = T>>(self, lanes: L) {
         let (width, height) = (self.image.width() as usize, self.image.height() as usize);
@@ -106,8 +56,7 @@ impl<T: Copy + Default> Job<'_, T> {
                 buffers.read(v + 1, &raw[(v + 1) * width..][..width]);
             }
             if v < height {
-                let rows = [v.saturating_sub(1), v, (v + 1).min(height - 1)];
-                buffers.gradient(lanes, v, rows, width);
+                buffers.gradient(lanes, v, width, height);
             } else {
                 buffers.magnitude[v % 3].fill(T::default());
             }
@@ -132,61 +81,7 @@ fn mask_last(word: &mut u64, width: usize) {
     }
 }
 
-impl<T: Copy + Default> Rows<T> {
-    fn resize(&mut self, width: usize) {
-        let whole = width.next_multiple_of(WORD);
-        for row in &mut self.bytes {
-            row.resize(whole + 2 * MARGIN, 0);
-        }
-        for row in self.gx.iter_mut().chain(&mut self.gy) {
-            row.resize(whole, T::default());
-        }
-        for row in &mut self.magnitude {
-            row.clear();
-            row.resize(whole + 2 * MARGIN, T::default());
-        }
-    }
-
-    /// Row `v`, its first and last pixel once more.
-    #[inline(always)]
-    fn read(&mut self, v: usize, pixels: &[u8]) {
-        let row = &mut self.bytes[v % 3];
-        row[MARGIN..][..pixels.len()].copy_from_slice(pixels);
-        row[MARGIN - 1] = pixels[0];
-        row[MARGIN + pixels.len()] = pixels[pixels.len() - 1];
-    }
-
-    /// The gradients and magnitudes of row `v` from the rows above, at and below it.
-    #[inline(always)]
-    fn gradient<L: Lanes<Value = T>>(
-        &mut self,
-        lanes: L,
-        v: usize,
-        rows: [usize; 3],
-        width: usize,
-    ) {
-        let [above, here, below] = rows;
-        let (above, here, below) = (
-            &self.bytes[above % 3],
-            &self.bytes[here % 3],
-            &self.bytes[below % 3],
-        );
-        let (gx, _) = self.gx[v % 2].as_chunks_mut::<WORD>();
-        let (gy, _) = self.gy[v % 2].as_chunks_mut::<WORD>();
-        let (magnitude, _) = self.magnitude[v % 3][MARGIN..].as_chunks_mut::<WORD>();
-        for (w, ((gx, gy), magnitude)) in gx.iter_mut().zip(gy).zip(magnitude).enumerate() {
-            let at = MARGIN - 1 + w * WORD;
-            gradient_word(
-                lanes,
-                [wide(above, at), wide(here, at), wide(below, at)],
-                gx,
-                gy,
-                magnitude,
-            );
-        }
-        self.magnitude[v % 3][MARGIN + width] = T::default();
-    }
-
+impl<T: Width> Rows<T> {
     /// The bits of row `v`; the magnitudes of the rows beside it are there.
     #[inline(always)]
     fn suppress<L: Lanes<Value = T>>(
@@ -208,44 +103,6 @@ impl<T: Copy + Default> Rows<T> {
             let rows = [wide(above, at), wide(here, at), wide(below, at)];
             (*weak, *strong) = ridge_word(lanes, rows, gx, gy, low, high);
         }
-    }
-}
-
-#[inline(always)]
-fn wide<T>(row: &[T], at: usize) -> &[T; WIDE] {
-    row[at..].first_chunk().expect("rows have margins")
-}
-
-#[inline(always)]
-fn gradient_word<L: Lanes>(
-    l: L,
-    [above, here, below]: [&[u8; WIDE]; 3],
-    gx: &mut [L::Value; WORD],
-    gy: &mut [L::Value; WORD],
-    magnitude: &mut [L::Value; WORD],
-) {
-    let mut i = 0;
-    while i < WORD {
-        let (ul, u, ur) = (
-            l.load_bytes(&above[i..]),
-            l.load_bytes(&above[i + 1..]),
-            l.load_bytes(&above[i + 2..]),
-        );
-        let (left, right) = (l.load_bytes(&here[i..]), l.load_bytes(&here[i + 2..]));
-        let (dl, d, dr) = (
-            l.load_bytes(&below[i..]),
-            l.load_bytes(&below[i + 1..]),
-            l.load_bytes(&below[i + 2..]),
-        );
-        // the two diagonals are in both
-        let (falling, rising) = (l.sub(dr, ul), l.sub(ur, dl));
-        let (across, down) = (l.sub(right, left), l.sub(d, u));
-        let x = l.add(l.add(falling, rising), l.add(across, across));
-        let y = l.add(l.sub(falling, rising), l.add(down, down));
-        l.store(x, &mut gx[i..]);
-        l.store(y, &mut gy[i..]);
-        l.store(l.magnitude(x, y), &mut magnitude[i..]);
-        i += L::COUNT;
     }
 }
 
