@@ -74,10 +74,50 @@ impl EdgeMap {
     /// 255 at edge pixels, 0 elsewhere.
     #[must_use]
     pub fn to_gray(&self) -> GrayImage {
-        GrayImage::from_fn(self.width, self.height, |u, v| {
-            image::Luma([if self.contains(u, v) { 255 } else { 0 }])
-        })
+        let mut out = GrayImage::new(self.width, self.height);
+        self.write_gray(&mut out);
+        out
     }
+
+    /// As [`EdgeMap::to_gray`], into a picture that is used again if it has the size.
+    pub fn write_gray(&self, out: &mut GrayImage) {
+        if out.dimensions() != (self.width, self.height) {
+            *out = GrayImage::new(self.width, self.height);
+        }
+        if self.width == 0 {
+            return;
+        }
+        let words = self.words.chunks_exact(self.width.div_ceil(64) as usize);
+        for (words, pixels) in words.zip(out.chunks_exact_mut(self.width as usize)) {
+            let (blocks, rest) = pixels.as_chunks_mut::<64>();
+            for (block, word) in blocks.iter_mut().zip(words) {
+                *block = spread(*word);
+            }
+            if let Some(last) = words.last() {
+                rest.copy_from_slice(&spread(*last)[..rest.len()]);
+            }
+        }
+    }
+}
+
+/// A byte a bit: 255 or 0.
+fn spread(word: u64) -> [u8; 64] {
+    const ONES: u64 = 0x0101_0101_0101_0101;
+    const DIAGONAL: u64 = 0x8040_2010_0804_0201;
+    const SEVENS: u64 = 0x7F7F_7F7F_7F7F_7F7F;
+    let mut out = [0; 64];
+    for (out, bits) in out
+        .as_chunks_mut::<8>()
+        .0
+        .iter_mut()
+        .zip(word.to_le_bytes())
+    {
+        // bit k stays in byte k only, then moves to the byte's top
+        let one_each = u64::from(bits) * ONES & DIAGONAL;
+        let tops = (one_each + SEVENS) & !SEVENS;
+        *out = ((tops >> 7) * 255).to_le_bytes();
+    }
+    out
 }
 
 struct Collect<'a> {

@@ -37,14 +37,44 @@ pub(crate) trait Task {
     fn run<L: Lanes<Value = Self::Value>>(self, lanes: L) -> Self::Output;
 }
 
-/// The two widths of a magnitude.
-pub(crate) trait Width: Copy + Default {
-    /// Does the work with the widest registers there are.
-    fn dispatch<T: Task<Value = Self>>(task: T) -> T::Output;
+/// What the machine has.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Registers {
+    Plain,
+    #[cfg(target_arch = "x86_64")]
+    V3(pulp::x86::V3),
+    #[cfg(target_arch = "x86_64")]
+    V4(pulp::x86::V4),
 }
 
+impl Registers {
+    /// All kinds, the widest first.
+    pub(crate) fn all() -> impl Iterator<Item = Self> {
+        #[cfg(target_arch = "x86_64")]
+        let wide = [
+            pulp::x86::V4::try_new().map(Self::V4),
+            pulp::x86::V3::try_new().map(Self::V3),
+        ];
+        #[cfg(not(target_arch = "x86_64"))]
+        let wide = [None];
+        wide.into_iter().flatten().chain([Self::Plain])
+    }
+}
+
+/// The two widths of a magnitude.
+pub(crate) trait Width: Copy + Default {
+    fn run_on<T: Task<Value = Self>>(registers: Registers, task: T) -> T::Output;
+
+    /// Does the work with the widest registers there are.
+    fn dispatch<T: Task<Value = Self>>(task: T) -> T::Output {
+        Self::run_on(Registers::all().next().unwrap_or(Registers::Plain), task)
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
 struct With<L, T>(L, T);
 
+#[cfg(target_arch = "x86_64")]
 impl<L: Lanes, T: Task<Value = L::Value>> pulp::NullaryFnOnce for With<L, T> {
     type Output = T::Output;
 
@@ -57,17 +87,14 @@ impl<L: Lanes, T: Task<Value = L::Value>> pulp::NullaryFnOnce for With<L, T> {
 macro_rules! width {
     ($value:ty, $v4:ident, $v3:ident) => {
         impl Width for $value {
-            fn dispatch<T: Task<Value = Self>>(task: T) -> T::Output {
-                #[cfg(target_arch = "x86_64")]
-                {
-                    if let Some(simd) = pulp::x86::V4::try_new() {
-                        return simd.vectorize(With(x86::$v4(simd), task));
-                    }
-                    if let Some(simd) = pulp::x86::V3::try_new() {
-                        return simd.vectorize(With(x86::$v3(simd), task));
-                    }
+            fn run_on<T: Task<Value = Self>>(registers: Registers, task: T) -> T::Output {
+                match registers {
+                    Registers::Plain => task.run(Portable::<Self>(PhantomData)),
+                    #[cfg(target_arch = "x86_64")]
+                    Registers::V3(simd) => simd.vectorize(With(x86::$v3(simd), task)),
+                    #[cfg(target_arch = "x86_64")]
+                    Registers::V4(simd) => simd.vectorize(With(x86::$v4(simd), task)),
                 }
-                task.run(Portable::<Self>(PhantomData))
             }
         }
     };

@@ -144,3 +144,55 @@ fn ridge_word<L: Lanes>(
     }
     (weak, strong)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lanes::Registers;
+
+    /// Whatever registers the machine has must find the same bits.
+    #[test]
+    fn every_way_finds_the_same() {
+        let mut state = 1_u64;
+        let mut random = move || {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            state
+        };
+        for (width, height) in [(1, 1), (7, 3), (64, 5), (65, 9), (127, 20), (200, 33)] {
+            for contrast in [2, 30, 256] {
+                let image = GrayImage::from_fn(width, height, |_, _| {
+                    image::Luma([((random() >> 20) % contrast) as u8])
+                });
+                for limits in [(-1, 0), (20, 60), (300, 900)] {
+                    same::<i16>(&image, limits);
+                    same::<i32>(&image, (limits.0 * 100, limits.1 * 100));
+                }
+            }
+        }
+    }
+
+    fn same<T: Width>(image: &GrayImage, limits: (i32, i32)) {
+        let words = image.width().div_ceil(64) as usize * image.height() as usize;
+        let bits = |registers| {
+            let (mut weak, mut strong) = (vec![0; words], vec![0; words]);
+            let task = Ridges {
+                image,
+                rows: 0..image.height() as usize,
+                limits,
+                buffers: &mut Rows::default(),
+                bits: Bits {
+                    weak: &mut weak,
+                    strong: &mut strong,
+                },
+            };
+            T::run_on(registers, task);
+            (weak, strong)
+        };
+        let plain = bits(Registers::Plain);
+        for registers in Registers::all() {
+            assert_eq!(bits(registers), plain, "{registers:?}");
+        }
+    }
+}
