@@ -84,12 +84,18 @@ fn weights() -> &'static [Weights; PHASES] {
             // W between pixel i - 1 and pixel i
             let between = |i: usize, w: fn(f64) -> f64| {
                 let inner = (1..TAPS).contains(&i);
-                if inner { (ONE * w(i as f64 - 3.5 - p)).round() as i32 } else { 0 }
+                if inner {
+                    (ONE * w(i as f64 - 3.5 - p)).round() as i32
+                } else {
+                    0
+                }
             };
-            let pixels = |w: fn(f64) -> f64| {
-                std::array::from_fn(|i| between(i, w) - between(i + 1, w))
-            };
-            Weights { place: pixels(window), slope: pixels(window_slope) }
+            let pixels =
+                |w: fn(f64) -> f64| std::array::from_fn(|i| between(i, w) - between(i + 1, w));
+            Weights {
+                place: pixels(window),
+                slope: pixels(window_slope),
+            }
         })
     })
 }
@@ -146,7 +152,13 @@ impl Profiles {
         near: f64,
     ) -> Option<f64> {
         let cuts = &mut self.cuts;
-        pulp::Arch::new().dispatch(Measure { image, path, line, every, cuts });
+        pulp::Arch::new().dispatch(Measure {
+            image,
+            path,
+            line,
+            every,
+            cuts,
+        });
         let count = self.cuts.len();
         if count < FEWEST {
             return None;
@@ -181,7 +193,10 @@ impl Profiles {
         for cut in &self.cuts {
             let (t, at) = (i64::from(cut.t - base.t), i64::from(cut.at - base.at));
             let place = i64::from(cut.place);
-            for (sum, term) in sums.iter_mut().zip([t, t * t, at, t * at, place, t * place]) {
+            for (sum, term) in sums
+                .iter_mut()
+                .zip([t, t * t, at, t * at, place, t * place])
+            {
                 *sum += term;
             }
         }
@@ -222,22 +237,33 @@ impl Profiles {
         if correlation > 2.0 / fit.count.sqrt() {
             own *= (1.0 + correlation) / (1.0 - correlation);
         }
-        // Rounding to whole gray levels, 1/12 in variance for a pixel. Noise spreads it: what cuts at
-        // like phases still share falls with exp(-4 pi^2 variance) (Widrow and Kollar 2008, chapter 9).
+        // Rounding to whole gray levels, 1/12 in variance for a pixel: without noise no residual shows it,
+        // and cuts at like phases share it. Noise spreads it: what is left falls with
+        // exp(-4 pi^2 variance) (Widrow and Kollar 2008, chapter 9).
         let weights = weights()[0].place.map(|w| (f64::from(w) / height).powi(2));
         let a_pixel: f64 = weights.iter().sum();
         let noise = sum / free / a_pixel;
         let rounding = (-4.0 * std::f64::consts::PI.powi(2) * noise).exp() / 12.0;
-        [own, a_pixel * rounding]
+        [own + a_pixel * rounding, a_pixel * rounding]
     }
 
-    fn segment(&self, image: &GrayImage, path: &Path, fit: &Fit, variance: [f64; 2]) -> Option<Segment> {
+    fn segment(
+        &self,
+        image: &GrayImage,
+        path: &Path,
+        fit: &Fit,
+        variance: [f64; 2],
+    ) -> Option<Segment> {
         let (first, last) = (self.cuts.first()?, self.cuts.last()?);
         let b = fit.slope;
         let at_zero = fit.value - b * fit.middle;
         let q = (1.0 + b * b).sqrt();
         let end = |t: f64| {
-            if path.along_u { [t, fit.at(t)] } else { [fit.at(t), t] }
+            if path.along_u {
+                [t, fit.at(t)]
+            } else {
+                [fit.at(t), t]
+            }
         };
         // along u the normal is (-b, 1) / q, along v (1, -b) / q
         let (mut theta, turn) = if path.along_u {
@@ -251,10 +277,11 @@ impl Profiles {
         let mut by_slope = -fit.middle / q - at_zero * b / q.powi(3);
         let theta_by_slope = turn / (q * q);
         let mut rising = path.rising;
-        if theta < 0.0 {
+        if theta <= -f64::EPSILON {
             theta += std::f64::consts::PI;
             (rho, by_value, by_slope, rising) = (-rho, -by_value, -by_slope, !rising);
         }
+        theta = theta.max(0.0);
         let value = variance[0] / fit.count + variance[1];
         let slope = variance[0] / fit.spread;
         let mixed = by_slope * theta_by_slope * slope;
@@ -265,7 +292,10 @@ impl Profiles {
             rho,
             theta,
             covariance: [
-                [by_value * by_value * value + by_slope * by_slope * slope, mixed],
+                [
+                    by_value * by_value * value + by_slope * by_slope * slope,
+                    mixed,
+                ],
                 [mixed, theta_by_slope * theta_by_slope * slope],
             ],
             contrast: if rising { contrast } else { -contrast },
@@ -277,7 +307,12 @@ impl Profiles {
     fn contrast(&self, image: &GrayImage, path: &Path) -> f64 {
         let mut sum = 0i32;
         for cut in &self.cuts {
-            let taps = taps(image, path.along_u, cut.t as usize, cut.at as usize / PHASES - 3);
+            let taps = taps(
+                image,
+                path.along_u,
+                cut.t as usize,
+                cut.at as usize / PHASES - 3,
+            );
             sum += taps[6] + taps[7] - taps[0] - taps[1];
         }
         0.5 * f64::from(sum.abs()) / self.cuts.len() as f64
@@ -311,8 +346,18 @@ impl pulp::NullaryFnOnce for Measure<'_> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { image, path, line: [offset, slope], every, cuts } = self;
-        let across = if path.along_u { image.height() } else { image.width() };
+        let Self {
+            image,
+            path,
+            line: [offset, slope],
+            every,
+            cuts,
+        } = self;
+        let across = if path.along_u {
+            image.height()
+        } else {
+            image.width()
+        };
         let whole = 3.0..f64::from(across) - 4.0 - 1.0 / PHASES as f64;
         let sign = if path.rising { 1 } else { -1 };
         let weights = weights();

@@ -1,4 +1,5 @@
 //! Integration tests: one binary for the crate.
+mod accuracy;
 mod canny;
 mod hough;
 mod pictures;
