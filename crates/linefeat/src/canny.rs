@@ -120,7 +120,7 @@ pub fn canny(image: &GrayImage, params: &CannyParams) -> EdgeMap {
 /// which names a modified Canny and leaves its details open).
 ///
 /// The edges are those of [`canny`] with norm L1 without the pixels outside the region, which lead nowhere
-/// either. The high threshold is the magnitude that `strong_share` of the region's pixels exceed, counted in
+/// either. The high threshold is the greatest that `strong_share` of the region's pixels exceed, counted in
 /// every fourth row, and no less than the two bounds of [`ModifiedCannyParams`]: it follows exposure, and a
 /// blank frame has no edges.
 #[must_use]
@@ -248,5 +248,55 @@ fn keep(row: &mut [u64], columns: Range<u32>) {
     };
     for (w, word) in row.iter_mut().enumerate() {
         *word &= below(columns.end, w) & !below(columns.start, w);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    impl Canny {
+        /// Where the buffers are and how large.
+        fn buffers(&self) -> Vec<(usize, usize)> {
+            let place = |words: &Vec<u64>| (words.as_ptr().addr(), words.capacity());
+            let mut all = vec![
+                place(&self.weak),
+                (self.stack.as_ptr().addr(), self.stack.capacity()),
+            ];
+            all.extend(self.rows.buffers());
+            all.extend(self.long_rows.buffers());
+            all.push(self.histogram.buffer());
+            all
+        }
+    }
+
+    #[test]
+    fn frames_of_one_size_use_the_same_buffers() {
+        let frame = |shift: u32| {
+            GrayImage::from_fn(300, 200, |u, v| {
+                let inside = (u + shift) % 70 < 30 && v % 50 < 20;
+                image::Luma([if inside { 200 } else { 50 }])
+            })
+        };
+        let mut canny = Canny::new();
+        let mut edges = EdgeMap::new();
+        let run = |canny: &mut Canny, edges: &mut EdgeMap, shift| {
+            for norm in [Norm::L1, Norm::L2] {
+                let params = CannyParams {
+                    norm,
+                    ..CannyParams::default()
+                };
+                canny.detect(&frame(shift), &params, edges);
+            }
+            canny.detect_modified(&frame(shift), &ModifiedCannyParams::default(), edges);
+            assert!(edges.pixels().len() > 1000);
+        };
+        run(&mut canny, &mut edges, 0);
+        let (before, list, bits) = (canny.buffers(), edges.pixels.as_ptr(), edges.words.as_ptr());
+        for shift in [3, 0, 3] {
+            run(&mut canny, &mut edges, shift);
+            assert_eq!(canny.buffers(), before);
+            assert_eq!((edges.pixels.as_ptr(), edges.words.as_ptr()), (list, bits));
+        }
     }
 }
