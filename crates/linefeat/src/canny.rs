@@ -5,9 +5,11 @@ use std::ops::Range;
 use image::GrayImage;
 
 use crate::{
-    EdgeMap, Region, hysteresis,
+    EdgeMap, Region,
+    bits::Bits,
+    hysteresis,
     lanes::Width as _,
-    ridge::{Bits, Ridges},
+    ridge::Ridges,
     rows::Rows,
     thresholds::{Count, Histogram},
 };
@@ -137,7 +139,8 @@ pub struct Canny {
     rows: Rows<i16>,
     long_rows: Rows<i32>,
     histogram: Histogram,
-    weak: Vec<u64>,
+    weak: Bits,
+    found: Bits,
     stack: Vec<usize>,
 }
 
@@ -179,50 +182,48 @@ impl Canny {
         edges: &mut EdgeMap,
     ) {
         let (width, height) = image.dimensions();
-        let stride = width.div_ceil(64) as usize;
-        (edges.width, edges.height) = (width, height);
         let inside = |v: &u32| !region.columns(*v, width).is_empty();
         let first = (0..height).find(inside).unwrap_or(height) as usize;
         let end = (0..height)
             .rev()
             .find(inside)
             .map_or(first, |v| v as usize + 1);
-        for words in [&mut self.weak, &mut edges.words] {
-            words.resize(stride * height as usize, 0);
-            words[..first * stride].fill(0);
-            words[end * stride..].fill(0);
+        for bits in [&mut self.weak, &mut self.found] {
+            bits.resize(width as usize, height as usize);
+            for v in (0..first).chain(end..height as usize) {
+                bits.row_mut(v).fill(0);
+            }
         }
         let (limits, rows) = (params.limits(), first..end);
-        let bits = Bits {
-            weak: &mut self.weak,
-            strong: &mut edges.words,
-        };
+        let (weak, strong) = (&mut self.weak, &mut self.found);
         match params.norm {
             Norm::L1 => i16::dispatch(Ridges {
                 image,
                 rows,
                 limits,
                 buffers: &mut self.rows,
-                bits,
+                weak,
+                strong,
             }),
             Norm::L2 => i32::dispatch(Ridges {
                 image,
                 rows,
                 limits,
                 buffers: &mut self.long_rows,
-                bits,
+                weak,
+                strong,
             }),
         }
         if region != Region::Whole {
             for v in first..end {
                 let columns = region.columns(v as u32, width);
-                for words in [&mut self.weak, &mut edges.words] {
-                    keep(&mut words[v * stride..][..stride], columns.clone());
+                for bits in [&mut self.weak, &mut self.found] {
+                    keep(bits.row_mut(v), columns.clone());
                 }
             }
         }
-        hysteresis::follow(&self.weak, &mut edges.words, stride, &mut self.stack);
-        edges.collect(image);
+        hysteresis::follow(&self.weak, &mut self.found, &mut self.stack);
+        edges.collect(&self.found, image);
     }
 }
 
@@ -258,9 +259,10 @@ mod tests {
     impl Canny {
         /// Where the buffers are and how large.
         fn buffers(&self) -> Vec<(usize, usize)> {
-            let place = |words: &Vec<u64>| (words.as_ptr().addr(), words.capacity());
+            let place = |bits: &Bits| (bits.words().as_ptr().addr(), bits.words().len());
             let mut all = vec![
                 place(&self.weak),
+                place(&self.found),
                 (self.stack.as_ptr().addr(), self.stack.capacity()),
             ];
             all.extend(self.rows.buffers());
