@@ -1,18 +1,15 @@
 //! Hough transforms and segments on real frames.
 
 use std::hint::black_box;
-use std::path::Path;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use linefeat::{Detector, DetectorParams, Hough, HoughParams, Voting};
+use mobot_benches::frames::Frame;
 
 fn bench(criterion: &mut Criterion) {
-    for name in ["dbow2-1", "dbow2-2", "york-urban"] {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join(format!("../testdata/frames/{name}.png"));
-        let frame = image::open(path).expect("a frame").to_luma8();
+    for Frame { name, image: frame } in Frame::all() {
         let mut detector = Detector::new(DetectorParams::default());
-        assert!(detector.detect(&frame).len() > 50);
+        assert!(detector.detect(&frame).len() > 10);
         let edges = detector.edges().clone();
         let mut hough = Hough::new();
         let mut lines = Vec::new();

@@ -5,9 +5,11 @@ use std::ops::Range;
 use image::GrayImage;
 
 use crate::{
-    EdgeMap, Region, hysteresis,
+    EdgeMap, Region,
+    bits::Bits,
+    hysteresis,
     lanes::Width as _,
-    ridge::{Bits, Ridges},
+    ridge::Ridges,
     rows::Rows,
     thresholds::{Count, Histogram},
 };
@@ -120,7 +122,7 @@ pub fn canny(image: &GrayImage, params: &CannyParams) -> EdgeMap {
 /// which names a modified Canny and leaves its details open).
 ///
 /// The edges are those of [`canny`] with norm L1 without the pixels outside the region, which lead nowhere
-/// either. The high threshold is the magnitude that `strong_share` of the region's pixels exceed, counted in
+/// either. The high threshold is the greatest that `strong_share` of the region's pixels exceed, counted in
 /// every fourth row, and no less than the two bounds of [`ModifiedCannyParams`]: it follows exposure, and a
 /// blank frame has no edges.
 #[must_use]
@@ -137,7 +139,8 @@ pub struct Canny {
     rows: Rows<i16>,
     long_rows: Rows<i32>,
     histogram: Histogram,
-    weak: Vec<u64>,
+    weak: Bits,
+    found: Bits,
     stack: Vec<usize>,
 }
 
@@ -179,50 +182,48 @@ impl Canny {
         edges: &mut EdgeMap,
     ) {
         let (width, height) = image.dimensions();
-        let stride = width.div_ceil(64) as usize;
-        (edges.width, edges.height) = (width, height);
         let inside = |v: &u32| !region.columns(*v, width).is_empty();
         let first = (0..height).find(inside).unwrap_or(height) as usize;
         let end = (0..height)
             .rev()
             .find(inside)
             .map_or(first, |v| v as usize + 1);
-        for words in [&mut self.weak, &mut edges.words] {
-            words.resize(stride * height as usize, 0);
-            words[..first * stride].fill(0);
-            words[end * stride..].fill(0);
+        for bits in [&mut self.weak, &mut self.found] {
+            bits.resize(width as usize, height as usize);
+            for v in (0..first).chain(end..height as usize) {
+                bits.row_mut(v).fill(0);
+            }
         }
         let (limits, rows) = (params.limits(), first..end);
-        let bits = Bits {
-            weak: &mut self.weak,
-            strong: &mut edges.words,
-        };
+        let (weak, strong) = (&mut self.weak, &mut self.found);
         match params.norm {
             Norm::L1 => i16::dispatch(Ridges {
                 image,
                 rows,
                 limits,
                 buffers: &mut self.rows,
-                bits,
+                weak,
+                strong,
             }),
             Norm::L2 => i32::dispatch(Ridges {
                 image,
                 rows,
                 limits,
                 buffers: &mut self.long_rows,
-                bits,
+                weak,
+                strong,
             }),
         }
         if region != Region::Whole {
             for v in first..end {
                 let columns = region.columns(v as u32, width);
-                for words in [&mut self.weak, &mut edges.words] {
-                    keep(&mut words[v * stride..][..stride], columns.clone());
+                for bits in [&mut self.weak, &mut self.found] {
+                    keep(bits.row_mut(v), columns.clone());
                 }
             }
         }
-        hysteresis::follow(&self.weak, &mut edges.words, stride, &mut self.stack);
-        edges.collect(image);
+        hysteresis::follow(&self.weak, &mut self.found, &mut self.stack);
+        edges.collect(&self.found, image);
     }
 }
 
@@ -248,5 +249,56 @@ fn keep(row: &mut [u64], columns: Range<u32>) {
     };
     for (w, word) in row.iter_mut().enumerate() {
         *word &= below(columns.end, w) & !below(columns.start, w);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    impl Canny {
+        /// Where the buffers are and how large.
+        fn buffers(&self) -> Vec<(usize, usize)> {
+            let place = |bits: &Bits| (bits.words().as_ptr().addr(), bits.words().len());
+            let mut all = vec![
+                place(&self.weak),
+                place(&self.found),
+                (self.stack.as_ptr().addr(), self.stack.capacity()),
+            ];
+            all.extend(self.rows.buffers());
+            all.extend(self.long_rows.buffers());
+            all.push(self.histogram.buffer());
+            all
+        }
+    }
+
+    #[test]
+    fn frames_of_one_size_use_the_same_buffers() {
+        let frame = |shift: u32| {
+            GrayImage::from_fn(300, 200, |u, v| {
+                let inside = (u + shift) % 70 < 30 && v % 50 < 20;
+                image::Luma([if inside { 200 } else { 50 }])
+            })
+        };
+        let mut canny = Canny::new();
+        let mut edges = EdgeMap::new();
+        let run = |canny: &mut Canny, edges: &mut EdgeMap, shift| {
+            for norm in [Norm::L1, Norm::L2] {
+                let params = CannyParams {
+                    norm,
+                    ..CannyParams::default()
+                };
+                canny.detect(&frame(shift), &params, edges);
+            }
+            canny.detect_modified(&frame(shift), &ModifiedCannyParams::default(), edges);
+            assert!(edges.pixels().len() > 1000);
+        };
+        run(&mut canny, &mut edges, 0);
+        let (before, list, bits) = (canny.buffers(), edges.pixels.as_ptr(), edges.words.as_ptr());
+        for shift in [3, 0, 3] {
+            run(&mut canny, &mut edges, shift);
+            assert_eq!(canny.buffers(), before);
+            assert_eq!((edges.pixels.as_ptr(), edges.words.as_ptr()), (list, bits));
+        }
     }
 }

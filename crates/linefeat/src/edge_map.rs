@@ -2,6 +2,8 @@
 
 use image::GrayImage;
 
+use crate::bits::Bits;
+
 /// An edge pixel and the gradient there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct EdgePixel {
@@ -66,8 +68,13 @@ impl EdgeMap {
         u < self.width && v < self.height && self.row(v)[u as usize / 64] >> (u % 64) & 1 == 1
     }
 
-    /// The list from the bits and the picture.
-    pub(crate) fn collect(&mut self, image: &GrayImage) {
+    /// The edges of `image` that `bits` has.
+    pub(crate) fn collect(&mut self, bits: &Bits, image: &GrayImage) {
+        (self.width, self.height) = image.dimensions();
+        self.words.clear();
+        for v in 0..bits.height() {
+            self.words.extend_from_slice(bits.row(v));
+        }
         pulp::Arch::new().dispatch(Collect { map: self, image });
     }
 
@@ -113,7 +120,7 @@ fn spread(word: u64) -> [u8; 64] {
         .zip(word.to_le_bytes())
     {
         // bit k stays in byte k only, then moves to the byte's top
-        let one_each = u64::from(bits) * ONES & DIAGONAL;
+        let one_each = (u64::from(bits) * ONES) & DIAGONAL;
         let tops = (one_each + SEVENS) & !SEVENS;
         *out = ((tops >> 7) * 255).to_le_bytes();
     }

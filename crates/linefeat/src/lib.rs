@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod accumulator;
+mod bits;
 mod canny;
 mod detector;
 mod direction;

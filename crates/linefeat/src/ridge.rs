@@ -6,17 +6,10 @@ use std::ops::Range;
 use image::GrayImage;
 
 use crate::{
+    bits::Bits,
     lanes::{Lanes, Task, Width},
     rows::{MARGIN, Rows, WIDE, WORD, wide},
 };
-
-/// Where the bits go.
-pub(crate) struct Bits<'a> {
-    /// Ridge pixels above the low limit.
-    pub(crate) weak: &'a mut [u64],
-    /// Those above the high limit.
-    pub(crate) strong: &'a mut [u64],
-}
 
 /// The search for ridge pixels.
 pub(crate) struct Ridges<'a, T> {
@@ -26,7 +19,10 @@ pub(crate) struct Ridges<'a, T> {
     /// Low and high, from -1 to the greatest magnitude there is.
     pub(crate) limits: (i32, i32),
     pub(crate) buffers: &'a mut Rows<T>,
-    pub(crate) bits: Bits<'a>,
+    /// Gets the ridge pixels above the low limit.
+    pub(crate) weak: &'a mut Bits,
+    /// Gets those above the high limit.
+    pub(crate) strong: &'a mut Bits,
 }
 
 impl<T: Width> Task for Ridges<'_, T> {
@@ -39,7 +35,6 @@ impl<T: Width> Task for Ridges<'_, T> {
         if width == 0 || self.rows.is_empty() {
             return;
         }
-        let words = width.div_ceil(WORD);
         let raw = self.image.as_raw();
         let buffers = self.buffers;
         buffers.resize(width);
@@ -61,23 +56,19 @@ impl<T: Width> Task for Ridges<'_, T> {
                 buffers.magnitude[v % 3].fill(T::default());
             }
             if v > self.rows.start {
-                let at = (v - 1) * words..v * words;
-                let bits = Bits {
-                    weak: &mut self.bits.weak[at.clone()],
-                    strong: &mut self.bits.strong[at],
-                };
-                buffers.suppress(lanes, v - 1, self.limits, bits);
-                mask_last(&mut self.bits.weak[v * words - 1], width);
-                mask_last(&mut self.bits.strong[v * words - 1], width);
+                let (weak, strong) = (self.weak.row_mut(v - 1), self.strong.row_mut(v - 1));
+                buffers.suppress(lanes, v - 1, self.limits, weak, strong);
+                mask_last(weak, width);
+                mask_last(strong, width);
             }
         }
     }
 }
 
 /// Clears the bits past the width in a row's last word.
-fn mask_last(word: &mut u64, width: usize) {
-    if width % WORD != 0 {
-        *word &= (1 << (width % WORD)) - 1;
+fn mask_last(row: &mut [u64], width: usize) {
+    if let (Some(last), bits @ 1..) = (row.last_mut(), width % WORD) {
+        *last &= (1 << bits) - 1;
     }
 }
 
@@ -89,7 +80,8 @@ impl<T: Width> Rows<T> {
         lanes: L,
         v: usize,
         limits: (i32, i32),
-        bits: Bits<'_>,
+        weak: &mut [u64],
+        strong: &mut [u64],
     ) {
         let above = &self.magnitude[(v + 2) % 3];
         let here = &self.magnitude[v % 3];
@@ -97,7 +89,7 @@ impl<T: Width> Rows<T> {
         let (gx, _) = self.gx[v % 2].as_chunks::<WORD>();
         let (gy, _) = self.gy[v % 2].as_chunks::<WORD>();
         let (low, high) = (lanes.splat(limits.0), lanes.splat(limits.1));
-        let words = bits.weak.iter_mut().zip(bits.strong);
+        let words = weak.iter_mut().zip(strong);
         for (w, ((weak, strong), (gx, gy))) in words.zip(gx.iter().zip(gy)).enumerate() {
             let at = MARGIN - 1 + w * WORD;
             let rows = [wide(above, at), wide(here, at), wide(below, at)];
@@ -174,21 +166,21 @@ mod tests {
     }
 
     fn same<T: Width>(image: &GrayImage, limits: (i32, i32)) {
-        let words = image.width().div_ceil(64) as usize * image.height() as usize;
         let bits = |registers| {
-            let (mut weak, mut strong) = (vec![0; words], vec![0; words]);
+            let (mut weak, mut strong) = (Bits::default(), Bits::default());
+            for bits in [&mut weak, &mut strong] {
+                bits.resize(image.width() as usize, image.height() as usize);
+            }
             let task = Ridges {
                 image,
                 rows: 0..image.height() as usize,
                 limits,
                 buffers: &mut Rows::default(),
-                bits: Bits {
-                    weak: &mut weak,
-                    strong: &mut strong,
-                },
+                weak: &mut weak,
+                strong: &mut strong,
             };
             T::run_on(registers, task);
-            (weak, strong)
+            [weak, strong].map(|bits| bits.words().to_vec())
         };
         let plain = bits(Registers::Plain);
         for registers in Registers::all() {

@@ -115,3 +115,22 @@ fn gradient_word<L: Lanes>(
         i += L::COUNT;
     }
 }
+
+#[cfg(test)]
+impl<T> Rows<T> {
+    /// Where the buffers are and how large.
+    pub(crate) fn buffers(&self) -> Vec<(usize, usize)> {
+        let values = self.gx.iter().chain(&self.gy).chain(&self.magnitude);
+        let mut all: Vec<_> = values
+            .map(|row| (row.as_ptr().addr(), row.capacity()))
+            .chain(
+                self.bytes
+                    .iter()
+                    .map(|row| (row.as_ptr().addr(), row.capacity())),
+            )
+            .collect();
+        // rows may change places
+        all.sort_unstable();
+        all
+    }
+}

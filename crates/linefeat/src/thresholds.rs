@@ -20,15 +20,21 @@ pub(crate) struct Histogram {
 }
 
 impl Histogram {
-    /// The least magnitude that at most `share` of the pixels exceed. 0 without pixels.
+    #[cfg(test)]
+    pub(crate) fn buffer(&self) -> (usize, usize) {
+        (self.counts.as_ptr().addr(), self.counts.capacity())
+    }
+
+    /// The greatest threshold that `share` of the pixels exceed, or more of them where many are equal. 0 if
+    /// there is none.
     pub(crate) fn exceeded_by(&self, share: f64) -> usize {
         let total: u64 = self.counts.iter().map(|&count| u64::from(count)).sum();
-        let allowed = share * total as f64;
+        let wanted = share * total as f64;
         let mut above = 0;
         for (magnitude, &count) in self.counts.iter().enumerate().rev() {
             above += u64::from(count);
-            if above as f64 > allowed {
-                return magnitude;
+            if above > 0 && above as f64 >= wanted {
+                return magnitude.saturating_sub(1);
             }
         }
         0

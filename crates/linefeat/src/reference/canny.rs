@@ -27,10 +27,10 @@ pub fn chosen(image: &GrayImage, params: &ModifiedCannyParams) -> CannyParams {
         }
     }
     magnitudes.sort_unstable_by(|a, b| b.cmp(a));
-    // the first that may not be exceeded by so many
+    // one less than the last of those that must be above
     let exceeded_by = |share: f64| {
-        let at = (share * magnitudes.len() as f64).floor() as usize;
-        f64::from(magnitudes.get(at).copied().unwrap_or(0))
+        let count = ((share * magnitudes.len() as f64).ceil() as usize).max(1);
+        f64::from(magnitudes.get(count - 1).map_or(0, |m| (m - 1).max(0)))
     };
     let high = exceeded_by(params.strong_share)
         .max(params.noise_factor * exceeded_by(0.5))
