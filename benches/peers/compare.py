@@ -341,7 +341,6 @@ def agreement(row, worker, theirs, shape):
         return close(int(parts), their_parts) and close(int(cycles), their_cycles)
     dtype = np.uint32 if row.work in ("components", "components_image", "distance") else np.uint8
     if row.work.startswith("hough"):
-        worker.ask("time segments 1")
         dtype, shape = np.float64, (-1, 3)
     elif row.work.startswith("segments"):
         dtype, shape = np.float64, (-1, 4)

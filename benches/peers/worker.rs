@@ -84,6 +84,7 @@ struct Bench {
     shots: Vec<Shot>,
     graph: Option<VoronoiGraph>,
     robot: Frame,
+    robot_edges: EdgeMap,
     corridor: Frame,
     canny: Canny,
     edges: EdgeMap,
@@ -129,6 +130,7 @@ impl Bench {
             shots: shots(&map),
             graph: None,
             robot: Frame::robot(),
+            robot_edges: linefeat::canny(&Frame::robot().image, &CANNY),
             corridor: Frame::corridor(),
             canny: Canny::new(),
             edges: EdgeMap::new(),
@@ -188,15 +190,13 @@ impl Bench {
                 self.canny.detect(&frame.image, &params, &mut self.edges);
                 self.edges.write_gray(&mut self.edge_picture);
             }
-            // on the edges of the last frame of `segments`
             "hough_standard" | "hough_modified" => {
                 let mut params = HoughParams::default();
                 if work == "hough_standard" {
                     (params.voting, params.votes) = (Voting::AllDirections, 100);
                 }
-                let edges = self.detector.edges();
                 self.hough
-                    .detect(edges, &params, &mut self.lines)
+                    .detect(&self.robot_edges, &params, &mut self.lines)
                     .expect("bins");
             }
             "segments" => {

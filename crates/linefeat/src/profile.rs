@@ -371,11 +371,13 @@ impl pulp::NullaryFnOnce for Measure<'_> {
             let index = (p * PHASES as f64 + 0.5) as usize;
             let weights = &weights[index % PHASES];
             let taps = taps(image, path.along_u, step as usize, index / PHASES - 3);
-            let (mut place, mut slope) = (0, 0);
-            for i in 0..TAPS {
-                place += taps[i] * weights.place[i];
-                slope += taps[i] * weights.slope[i];
-            }
+            let sum = |weights: &[i32; TAPS]| -> i32 {
+                taps.iter()
+                    .zip(weights)
+                    .map(|(tap, weight)| tap * weight)
+                    .sum()
+            };
+            let (place, slope) = (sum(&weights.place), sum(&weights.slope));
             cuts.push(Cut {
                 t: step,
                 at: index as i32,
