@@ -75,13 +75,13 @@ fn corridor_gray(u: f64, v: f64) -> f64 {
     let way = to_flat.min(to_wall).min(END / ahead);
     let (along, side, below) = (way * ahead, way * x, way * down);
     let odd = |value: f64, period: f64| (value / period).floor() as i64 & 1 == 1;
-    let gray = if way < to_flat && way < to_wall {
+    let gray = if to_flat.min(to_wall) > way {
         if side.abs() < 0.45 && below > -1.1 {
             70.0
         } else {
             190.0
         }
-    } else if way == to_wall {
+    } else if to_wall < to_flat {
         let door = (along + 0.4).rem_euclid(3.0);
         match door {
             0.0..0.9 if below > -1.05 => 90.0,

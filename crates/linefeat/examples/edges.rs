@@ -3,6 +3,8 @@
 //!
 //!   cargo run -p linefeat --example edges
 
+#![allow(clippy::print_stdout)]
+
 use image::{GrayImage, Luma};
 use linefeat::{Canny, CannyParams, EdgeMap, ModifiedCannyParams, Region};
 

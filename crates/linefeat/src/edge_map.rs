@@ -91,11 +91,25 @@ impl EdgeMap {
         if out.dimensions() != (self.width, self.height) {
             *out = GrayImage::new(self.width, self.height);
         }
-        if self.width == 0 {
-            return;
+        if self.width > 0 {
+            pulp::Arch::new().dispatch(Paint { map: self, out });
         }
-        let words = self.words.chunks_exact(self.width.div_ceil(64) as usize);
-        for (words, pixels) in words.zip(out.chunks_exact_mut(self.width as usize)) {
+    }
+}
+
+struct Paint<'a> {
+    map: &'a EdgeMap,
+    out: &'a mut GrayImage,
+}
+
+impl pulp::NullaryFnOnce for Paint<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let width = self.map.width as usize;
+        let words = self.map.words.chunks_exact(width.div_ceil(64));
+        for (words, pixels) in words.zip(self.out.chunks_exact_mut(width)) {
             let (blocks, rest) = pixels.as_chunks_mut::<64>();
             for (block, word) in blocks.iter_mut().zip(words) {
                 *block = spread(*word);
@@ -108,6 +122,7 @@ impl EdgeMap {
 }
 
 /// A byte a bit: 255 or 0.
+#[inline(always)]
 fn spread(word: u64) -> [u8; 64] {
     const ONES: u64 = 0x0101_0101_0101_0101;
     const DIAGONAL: u64 = 0x8040_2010_0804_0201;

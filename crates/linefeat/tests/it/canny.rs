@@ -108,7 +108,7 @@ fn consistent(image: &GrayImage, edges: &EdgeMap) {
         }
     }
     assert_eq!(pixels.next(), None);
-    if edges.width() % 64 != 0 {
+    if !edges.width().is_multiple_of(64) {
         for v in 0..edges.height() {
             let last = *edges.row(v).last().expect("a word");
             assert_eq!(last >> (edges.width() % 64), 0, "bits past the width");
