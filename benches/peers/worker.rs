@@ -9,6 +9,9 @@ use std::io::{BufRead as _, Write as _};
 use std::time::Instant;
 
 use image::{GrayImage, Luma};
+use linefeat::{
+    Canny, CannyParams, Detector, DetectorParams, EdgeMap, Hough, HoughParams, Line, Norm, Voting,
+};
 use linefeat::{Canny, CannyParams, EdgeMap, Norm};
 use mobot_benches::{BuildingMap, FREE_FROM, frames::Frame};
 use morpho::{
@@ -82,10 +85,14 @@ struct Bench {
     shots: Vec<Shot>,
     graph: Option<VoronoiGraph>,
     robot: Frame,
+    robot_edges: EdgeMap,
     corridor: Frame,
     canny: Canny,
     edges: EdgeMap,
     edge_picture: GrayImage,
+    detector: Detector,
+    hough: Hough,
+    lines: Vec<Line>,
 }
 
 impl Bench {
@@ -124,10 +131,14 @@ impl Bench {
             shots: shots(&map),
             graph: None,
             robot: Frame::robot(),
+            robot_edges: linefeat::canny(&Frame::robot().image, &CANNY),
             corridor: Frame::corridor(),
             canny: Canny::new(),
             edges: EdgeMap::new(),
             edge_picture: GrayImage::default(),
+            detector: Detector::new(DetectorParams::default()),
+            hough: Hough::new(),
+            lines: Vec::new(),
             map,
             frame,
             bits,
@@ -179,6 +190,28 @@ impl Bench {
                 let params = CannyParams { norm, ..CANNY };
                 self.canny.detect(&frame.image, &params, &mut self.edges);
                 self.edges.write_gray(&mut self.edge_picture);
+            }
+            "hough_standard" | "hough_modified" => {
+                let mut params = HoughParams::default();
+                if work == "hough_standard" {
+                    (params.voting, params.votes) = (Voting::AllDirections, 100);
+                }
+                self.hough
+                    .detect(&self.robot_edges, &params, &mut self.lines)
+                    .expect("bins");
+            }
+            "segments" => {
+                self.detector.detect(&self.robot.image);
+            }
+            "segments_corridor" => {
+                self.detector.detect(&self.corridor.image);
+            }
+            "imageproc_hough" => {
+                let options = imageproc::hough::LineDetectionOptions {
+                    vote_threshold: 100,
+                    suppression_radius: 4,
+                };
+                black_box(imageproc::hough::detect_lines(&self.edge_picture, options));
             }
             "imageproc_canny" => {
                 let (low, high) = (CANNY.low as f32, CANNY.high as f32);
@@ -243,6 +276,16 @@ impl Bench {
             "components" => little(&self.components.to_labels()),
             "components_image" => little(&self.labels),
             "distance" => little(&self.distances),
+            "hough_standard" | "hough_modified" => {
+                let numbers = |l: &Line| [l.rho, l.theta, f64::from(l.votes)];
+                let numbers = self.lines.iter().flat_map(numbers);
+                numbers.flat_map(f64::to_le_bytes).collect()
+            }
+            _ if work.starts_with("segments") => {
+                let found = self.detector.segments().iter();
+                let numbers = found.flat_map(|s| [s.start, s.end].concat());
+                numbers.flat_map(f64::to_le_bytes).collect()
+            }
             _ if work.starts_with("canny") => self.edge_picture.as_raw().clone(),
             _ => morpho::to_gray(&self.out),
         }
@@ -294,6 +337,22 @@ impl Bench {
                     all += 1;
                 }
                 all > 1000 && near * 10 > all * 9
+            }
+            // it knows whole degrees and pixels: its strongest line must be one of ours
+            "imageproc_hough" => {
+                self.run("canny");
+                let options = imageproc::hough::LineDetectionOptions {
+                    vote_threshold: 100,
+                    suppression_radius: 4,
+                };
+                let theirs = imageproc::hough::detect_lines(&self.edge_picture, options);
+                let near = |line: &Line| {
+                    theirs.iter().any(|other| {
+                        let turn = line.theta - f64::from(other.angle_in_degrees).to_radians();
+                        turn.abs() < 0.03 && (line.rho - f64::from(other.r)).abs() < 2.0
+                    })
+                };
+                self.lines.iter().take(5).filter(|line| near(line)).count() >= 4
             }
             "plain_sonar_update" => {
                 let (width, height) = (self.map.width, self.map.height);

@@ -1,3 +1,7 @@
 //! Integration tests: one binary for the crate.
+mod accuracy;
 mod canny;
+mod hough;
 mod pictures;
+mod render;
+mod segment;
