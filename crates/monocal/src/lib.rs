@@ -1,1 +1,13 @@
 #![doc = include_str!("../README.md")]
+
+mod camera;
+mod chart;
+mod homography;
+mod lens;
+pub mod paper;
+mod point;
+
+pub use camera::{DEGREES_OF_FREEDOM, FloorCamera, FloorEstimate};
+pub use homography::{FloorHomography, HomographyError, Resolution};
+pub use lens::{Distortion, Lens};
+pub use point::{GroundPoint, PixelPoint};

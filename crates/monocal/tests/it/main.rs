@@ -1,1 +1,5 @@
 //! Integration tests: one binary for the crate.
+
+mod camera;
+mod homography;
+mod pinhole;
