@@ -1,11 +1,15 @@
 //! One file a subcommand: each turns what was typed into a job, does it, and answers.
 
+mod birdseye;
+mod calibrate;
 mod check;
 mod clean;
+mod floor;
 mod graph;
 mod map;
 mod plan;
 mod sensor;
+mod target_sheet;
 mod why;
 
 use std::path::Path;
@@ -29,6 +33,9 @@ pub fn run(cli: Cli) -> anyhow::Result<Outcome> {
         Command::Check(args) => check::run(&args, &output),
         Command::Plan(args) => plan::run(&args, &output),
         Command::Why(args) => why::run(&args, &output),
+        Command::Calibrate(args) => calibrate::run(&args, &output),
+        Command::Floor(args) => floor::run(&args, &output),
+        Command::Birdseye(args) => birdseye::run(&args, &output),
     }
 }
 

@@ -1,1 +1,18 @@
 //! Integration tests: one binary for the crate.
+
+mod birdseye;
+mod calibrate;
+mod camera;
+mod csv;
+mod degenerate;
+mod drift;
+#[cfg(feature = "files")]
+mod files;
+mod geometry;
+mod golden_homography;
+mod homography;
+mod lens;
+mod outliers;
+mod pinhole;
+#[cfg(feature = "files")]
+mod real_pairs;
