@@ -13,7 +13,11 @@ static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 fn frame(number: u32) -> GrayImage {
     GrayImage::from_fn(320, 240, |u, v| {
         let across = u * (8 + number % 3) + v * (number % 5) + 3 * number;
-        Luma([if across / 256 % 2 == 0 { 60 } else { 180 }])
+        Luma([if (across / 256).is_multiple_of(2) {
+            60
+        } else {
+            180
+        }])
     })
 }
 

@@ -1,3 +1,5 @@
+use std::f64::consts::FRAC_PI_2;
+
 use linefeat::{CannyParams, Segment, SegmentParams, canny, segments};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -116,7 +118,7 @@ fn regions_without_noise_hold_the_truth() {
 /// The mean error over many edges at one place between the pixels, for every place: no bias from the grid.
 #[test]
 fn places_between_pixels_are_alike() {
-    for (step, theta) in (0..40).flat_map(|step| [0.0, 0.3, 0.785, 1.570_796].map(|t| (step, t))) {
+    for (step, theta) in (0..40).flat_map(|step| [0.0, 0.3, 0.785, FRAC_PI_2].map(|t| (step, t))) {
         let edge = Edge {
             rho: 30.0 * f64::cos(theta) + 30.0 * f64::sin(theta) + 0.025 * f64::from(step),
             theta,
@@ -151,7 +153,7 @@ fn gaps_are_bridged() {
         let found = segments(&picture, &edges, &params);
         let flat = found
             .iter()
-            .filter(|s| (s.theta - 1.5708).abs() < 0.02 && s.start[1] < 22.0);
+            .filter(|s| (s.theta - FRAC_PI_2).abs() < 0.02 && s.start[1] < 22.0);
         flat.count()
     };
     assert_eq!((count(10), count(0)), (1, 4));
