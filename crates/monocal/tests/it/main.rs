@@ -1,1 +1,2 @@
 //! Integration tests: one binary for the crate.
+mod floor_plan;
