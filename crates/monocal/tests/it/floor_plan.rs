@@ -161,7 +161,7 @@ mod files {
 
     #[test]
     fn a_plan_survives_its_file() {
-        let map = load_map(&testdata("maps/nav2/depot.yaml"), &LoadOptions::default());
+        let map = load_map(testdata("maps/nav2/depot.yaml"), &LoadOptions::default());
         let plan = FloorPlan::from_map(&map.expect("the map").map, &DeriveParams::default());
         assert!(plan.walls.len() > 10);
         assert_eq!(FloorPlan::from_geojson(&plan.to_geojson()), Ok(plan));
