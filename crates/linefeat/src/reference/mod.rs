@@ -1,0 +1,4 @@
+//! Plain code for what the fast versions do: what they are tested against.
+
+pub mod canny;
+pub mod gradient;
