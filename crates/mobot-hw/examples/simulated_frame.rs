@@ -23,10 +23,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     eprintln!("{:.2} ms", best * 1e3);
     frame.save(&args[3])?;
     for c in renderer.door_corners(&world, pose, n[3]) {
-        eprintln!(
-            "{:?} {:.1?} {:?}",
-            c.corner.kind, c.pixel, c.corner.position
-        );
+        println!("C {} {} {:?}", c.pixel[0], c.pixel[1], c.corner.kind);
+    }
+    for e in renderer.floor_edges(&world, pose, n[3]) {
+        let [[a, b], [c, d]] = e.pixels;
+        println!("E {a} {b} {c} {d}");
     }
     Ok(())
 }

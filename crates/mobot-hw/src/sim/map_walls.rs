@@ -18,8 +18,11 @@ pub(crate) fn add(map: &OccupancyMap, height: f64, solids: &mut Vec<Solid>) {
         runs(
             w,
             |col| sides(full(col, row - 1), full(col, row)),
-            |from, to| {
-                solids.push(wall(map, [from, row], [to, row], height));
+            |kind, from, to| {
+                let (a, b) = ([from, row], [to, row]);
+                // free space is to the left of the wall's direction
+                let (a, b) = if kind == FULL_BEFORE { (b, a) } else { (a, b) };
+                solids.push(wall(map, a, b, height));
             },
         );
     }
@@ -27,30 +30,39 @@ pub(crate) fn add(map: &OccupancyMap, height: f64, solids: &mut Vec<Solid>) {
         runs(
             h,
             |row| sides(full(col - 1, row), full(col, row)),
-            |from, to| {
-                solids.push(wall(map, [col, from], [col, to], height));
+            |kind, from, to| {
+                let (a, b) = ([col, from], [col, to]);
+                let (a, b) = if kind == FULL_BEFORE { (a, b) } else { (b, a) };
+                solids.push(wall(map, a, b, height));
             },
         );
     }
 }
 
-/// 0 where both sides are alike.
+const ALIKE: u8 = 0;
+const FULL_BEFORE: u8 = 1;
+const FULL_AFTER: u8 = 2;
+
 fn sides(before: bool, after: bool) -> u8 {
     match (before, after) {
-        (true, false) => 1,
-        (false, true) => 2,
-        _ => 0,
+        (true, false) => FULL_BEFORE,
+        (false, true) => FULL_AFTER,
+        _ => ALIKE,
     }
 }
 
 /// Calls `found` for every longest run of one kind of edge.
-fn runs(length: u32, kind: impl Fn(i64) -> u8, mut found: impl FnMut(i64, i64)) {
-    let (mut begin, mut current) = (0, 0);
+fn runs(length: u32, kind: impl Fn(i64) -> u8, mut found: impl FnMut(u8, i64, i64)) {
+    let (mut begin, mut current) = (0, ALIKE);
     for i in 0..=i64::from(length) {
-        let next = if i < i64::from(length) { kind(i) } else { 0 };
+        let next = if i < i64::from(length) {
+            kind(i)
+        } else {
+            ALIKE
+        };
         if next != current {
-            if current != 0 {
-                found(begin, i);
+            if current != ALIKE {
+                found(current, begin, i);
             }
             (begin, current) = (i, next);
         }
@@ -86,5 +98,6 @@ fn wall(map: &OccupancyMap, from: [i64; 2], to: [i64; 2], height: f64) -> Solid 
                 brightness: paint.skirting_brightness,
             }],
         },
+        backed: true,
     }
 }

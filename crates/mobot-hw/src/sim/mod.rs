@@ -1,5 +1,6 @@
 //! A simulated building, and a robot in it.
 
+mod buckets;
 mod building;
 mod camera;
 mod fan;

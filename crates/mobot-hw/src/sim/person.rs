@@ -67,6 +67,7 @@ pub(crate) fn body(walker: &Walker, time: f64) -> [Solid; 4] {
         bottom: up[0],
         top: up[1],
         finish,
+        backed: false,
     };
     let leg = || {
         let mut finish = Finish::plain(trousers, Texture::Plain);

@@ -131,6 +131,7 @@ impl Raised {
                 along: middle,
                 bands,
             },
+            backed: false,
         });
     }
 
@@ -155,6 +156,7 @@ impl Raised {
             bottom: 0.0,
             top: door.height,
             finish: Finish::plain(door.brightness, Texture::Plain),
+            backed: false,
         });
     }
 
@@ -286,6 +288,7 @@ fn furniture(block: &Block, place: &str) -> Result<Solid, WorldError> {
         bottom: block.bottom,
         top: block.height,
         finish: Finish::plain(block.brightness, block.texture),
+        backed: false,
     })
 }
 
@@ -311,6 +314,7 @@ fn round(cylinder: &Cylinder, place: &str) -> Result<Solid, WorldError> {
         bottom: 0.0,
         top: cylinder.height,
         finish: Finish::plain(cylinder.brightness, cylinder.texture),
+        backed: false,
     })
 }
 

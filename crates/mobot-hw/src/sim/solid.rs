@@ -73,4 +73,6 @@ pub(crate) struct Solid {
     pub(crate) bottom: f64,
     pub(crate) top: f64,
     pub(crate) finish: Finish,
+    /// Only its left side (+y) is free: the outline of something without a known inside.
+    pub(crate) backed: bool,
 }
