@@ -2,7 +2,7 @@
 
 use occgrid::Point2;
 
-use super::real::length;
+use crate::real::length;
 
 /// Most buckets a side.
 const MAX_SIDE: f64 = 1024.0;

@@ -6,11 +6,11 @@ use occgrid::{Point2, Pose2};
 use super::fan::{Fan, Hit, Ray};
 use super::lens::{CameraModel, CameraModelError};
 use super::person;
-use super::real::Placed;
 use super::sensor::Sensor;
 use super::shade::{Shader, View};
 use super::solid::Solid;
 use super::world::World;
+use crate::real::Placed;
 
 pub use super::sensor::Look;
 

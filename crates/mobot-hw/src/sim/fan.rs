@@ -3,13 +3,16 @@
 
 use occgrid::Point2;
 
-use super::real::{Placed, length};
 use super::solid::{BOTTOM, Footprint, Solid, TOP};
+use crate::real::{Placed, length};
 
 /// Sectors of a full turn.
 const SECTORS: usize = 2048;
 /// Widens every solid's span against rounding.
 const MARGIN: f64 = 1e-9;
+/// Ends of blocks lie this much deeper than they are [m]: where the end of a wall is flush with the side
+/// of another, the side shows.
+const ENDS_BEHIND: f64 = 1e-6;
 
 /// A ray from the camera: its direction on the floor (unit length), and how far it sinks a metre.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -249,7 +252,8 @@ impl Seen {
         };
         let z = height - ray.slope * enter;
         if enter >= 0.0 && z <= self.top && z >= self.bottom {
-            return Some((enter, side));
+            let behind = if side < 2 { ENDS_BEHIND } else { 0.0 };
+            return Some((enter + behind, side));
         }
         // over its edge onto its top, or under its edge up to its underside
         let cap = if ray.slope > 0.0 && z.min(height) > self.top {

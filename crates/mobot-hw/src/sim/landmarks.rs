@@ -3,8 +3,8 @@
 use occgrid::{Point2, Pose2};
 
 use super::camera::Renderer;
-use super::real::distance;
 use super::world::{DoorCorner, World};
+use crate::real::distance;
 
 /// A door corner in sight.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -4,7 +4,7 @@
 use occgrid::{Point2, Pose2};
 use thiserror::Error;
 
-use super::real::{Placed, acos, sin_cos};
+use crate::real::{Placed, acos, sin_cos};
 
 /// How the lens bends rays; the coefficients mean what ROS `camera_info` and OpenCV mean by them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -3,8 +3,8 @@
 use occgrid::{Cell, CellState, GridPoint, OccupancyMap, Point2, Pose2};
 
 use super::building::Wall;
-use super::real::{Placed, atan2, distance};
 use super::solid::{ALL_SIDES, Band, Finish, Footprint, Solid};
+use crate::real::{Placed, atan2, distance};
 
 /// Adds a thin wall for every run of edges between occupied and other cells.
 pub(crate) fn add(map: &OccupancyMap, height: f64, solids: &mut Vec<Solid>) {

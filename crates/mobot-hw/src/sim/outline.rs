@@ -6,8 +6,8 @@ use std::f64::consts::TAU;
 use occgrid::Point2;
 
 use super::buckets::Buckets;
-use super::real::{distance, length, sin_cos};
 use super::solid::{Footprint, Solid};
+use crate::real::{distance, length, sin_cos};
 
 /// Lines closer than this to a place pass through it [m].
 const TOUCH: f64 = 1e-6;
@@ -211,10 +211,14 @@ fn extent(piece: &Piece) -> ([Point2; 2], f64) {
 
 /// The outlines of all solids, without what lies inside another that is as tall.
 fn union(solids: &[Solid]) -> Vec<Piece> {
-    let bodies: Vec<&Solid> = solids.iter().filter(|s| !is_thin(s)).collect();
+    let bodies: Vec<(usize, &Solid)> = solids
+        .iter()
+        .enumerate()
+        .filter(|(_, s)| !is_thin(s))
+        .collect();
     let spans: Vec<_> = bodies
         .iter()
-        .map(|s| {
+        .map(|(_, s)| {
             let [a, _, b, _] = s.footprint.corners();
             let center = Point2::new((a.x + b.x) / 2.0, (a.y + b.y) / 2.0);
             ([center; 2], distance(a, b) / 2.0)
@@ -222,7 +226,7 @@ fn union(solids: &[Solid]) -> Vec<Piece> {
         .collect();
     let buckets = Buckets::new(&spans);
     let mut pieces = Vec::new();
-    for solid in solids {
+    for (own, solid) in solids.iter().enumerate() {
         let place = |shape| Piece {
             shape,
             bottom: solid.bottom,
@@ -244,11 +248,13 @@ fn union(solids: &[Solid]) -> Vec<Piece> {
             let side = [corners[*from], corners[*to]];
             let mut hidden = Vec::new();
             buckets.around(middle(side), distance(side[0], side[1]) / 2.0, |index| {
-                let body = bodies[index];
+                let (other, body) = bodies[index];
                 let covers = body.bottom <= solid.bottom && body.top >= solid.top;
-                if covers && !std::ptr::eq(body, solid) {
-                    hidden.extend(inside(&body.footprint, side));
+                if !covers || other == own {
+                    return;
                 }
+                // of two sides that lie on one line, the one of the earlier solid stays
+                hidden.extend(inside(&body.footprint, side, other < own));
             });
             pieces.extend(
                 rest(side, hidden)
@@ -268,21 +274,31 @@ fn middle([a, b]: [Point2; 2]) -> Point2 {
     Point2::new((a.x + b.x) / 2.0, (a.y + b.y) / 2.0)
 }
 
-/// The part of a line, as shares of it, that lies inside a footprint and not on its border.
-fn inside(footprint: &Footprint, [a, b]: [Point2; 2]) -> Option<[f64; 2]> {
+/// The part of a line, as shares of it, that lies inside a footprint; with `border`, also on a side that
+/// has free space on the same side as the line.
+fn inside(footprint: &Footprint, [a, b]: [Point2; 2], border: bool) -> Option<[f64; 2]> {
     let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
     match footprint {
         Footprint::Block { placed, half } => {
             let (p, q) = (placed.inward(a), placed.inward(b));
-            for (p, q, half) in [(p.x, q.x, half[0]), (p.y, q.y, half[1])] {
-                let half = half - TOUCH;
+            // the line's left, outward, along each axis
+            let out = [p.y - q.y, q.x - p.x];
+            for (p, q, half, out) in [(p.x, q.x, half[0], out[0]), (p.y, q.y, half[1], out[1])] {
                 let d = q - p;
-                if d.abs() < 1e-12 {
-                    if p.abs() >= half {
+                if d.abs() < TOUCH {
+                    let same_side = border && p * out > 0.0;
+                    if p.abs()
+                        >= if same_side {
+                            half + TOUCH
+                        } else {
+                            half - TOUCH
+                        }
+                    {
                         return None;
                     }
                     continue;
                 }
+                let half = half - TOUCH;
                 let (t0, t1) = ((-half - p) / d, (half - p) / d);
                 enter = enter.max(t0.min(t1));
                 leave = leave.min(t0.max(t1));

@@ -3,9 +3,9 @@
 use occgrid::Point2;
 
 use super::building::{Texture, Walker};
-use super::real::{length, sin_cos};
 use super::solid::{ALL_SIDES, Band, Finish, Footprint, Solid};
 use super::world::Person;
+use crate::real::{length, sin_cos};
 
 /// Of the body [m].
 const RADIUS: f64 = 0.2;

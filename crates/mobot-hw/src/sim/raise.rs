@@ -5,9 +5,9 @@ use occgrid::{Point2, Pose2};
 use super::building::{
     Block, Building, Cylinder, Door, Hinge, Poster, Side, Texture, Walker, Wall,
 };
-use super::real::{Placed, atan2, length};
 use super::solid::{ALL_SIDES, Band, Finish, Footprint, Solid};
 use super::world::{CornerKind, DoorCorner, WorldError};
+use crate::real::{Placed, atan2, length};
 
 /// Thickness of a door's leaf [m].
 const LEAF: f64 = 0.04;
@@ -32,6 +32,15 @@ pub(crate) fn raise(building: &Building) -> Result<Raised, WorldError> {
     within(building.ambient, 0.0..=10.0, "0 to 10", || {
         "ambient".to_owned()
     })?;
+    for (what, count, most) in [
+        ("lamps", building.lamps.len(), 10_000.0),
+        ("floor.patches", building.floor.patches.len(), 1_000.0),
+        ("people", building.people.len(), 1_000.0),
+    ] {
+        within(count as f64, 0.0..=most, "fewer of them", || {
+            what.to_owned()
+        })?;
+    }
     check_floor(building)?;
     for (index, wall) in building.walls.iter().enumerate() {
         let place = format!("walls[{index}]");
@@ -411,6 +420,13 @@ fn check_wall(wall: &Wall, place: &str) -> Result<(), WorldError> {
         format!("{place}.skirting_brightness")
     })?;
     check_paint(wall.brightness, &wall.texture, place)?;
+    let decorations = wall.doors.len().max(wall.posters.len());
+    within(
+        decorations as f64,
+        0.0..=1_000.0,
+        "at most 1000 doors, 1000 posters",
+        || place.to_owned(),
+    )?;
     for (index, door) in wall.doors.iter().enumerate() {
         check_door(door, &format!("{place}.doors[{index}]"))?;
     }

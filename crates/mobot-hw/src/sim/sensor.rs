@@ -3,7 +3,8 @@
 use image::GrayImage;
 
 use super::lens::CameraModel;
-use super::real::{exp, pow};
+use crate::dice::Dice;
+use crate::real::{exp, pow};
 
 /// The qualities of a simulated picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,10 +83,10 @@ impl Sensor {
             blur_rows(light, &mut self.scratch, self.width, &self.kernel);
             blur_columns(&self.scratch, light, self.width, &self.kernel);
         }
-        let mut random = seed;
+        let mut dice = Dice::new(seed);
         let pixels = light.iter().map(|value| {
             let toned = self.tone.as_ref().map_or(*value, |t| through(t, *value));
-            (toned + self.noise * normal(&mut random) + 0.5).clamp(0.0, 255.0) as u8
+            (toned + self.noise * normal(&mut dice) + 0.5).clamp(0.0, 255.0) as u8
         });
         GrayImage::from_raw(self.width as u32, self.height as u32, pixels.collect())
             .expect("one grey level a pixel")
@@ -150,12 +151,8 @@ fn through(tone: &[f32], value: f32) -> f32 {
 }
 
 /// Nearly normal, mean 0, standard deviation 1, never past 3.5: the sum of four even numbers.
-fn normal(state: &mut u64) -> f32 {
-    *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    z ^= z >> 31;
+fn normal(dice: &mut Dice) -> f32 {
+    let z = dice.next();
     let sum = (z & 0xFFFF) + (z >> 16 & 0xFFFF) + (z >> 32 & 0xFFFF) + (z >> 48);
     // four even numbers of 0..65536 have the variance 4 * 65536^2 / 12
     (sum as f32 - 131_070.0) / 37_837.2

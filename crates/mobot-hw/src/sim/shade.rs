@@ -3,10 +3,10 @@
 use occgrid::Point2;
 
 use super::fan::Ray;
-use super::real::{Placed, length};
 use super::solid::{BOTTOM, Footprint, Solid, TOP};
 use super::texture;
 use super::world::World;
+use crate::real::{Placed, length};
 
 /// From where a picture is taken.
 #[derive(Debug, Clone, Copy)]

@@ -3,7 +3,7 @@
 use occgrid::Point2;
 
 use super::building::Texture;
-use super::real::Placed;
+use crate::real::{Placed, distance};
 
 /// The outline of a solid on the floor.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,6 +15,16 @@ pub(crate) enum Footprint {
 }
 
 impl Footprint {
+    pub(crate) fn contains(&self, point: Point2) -> bool {
+        match self {
+            Self::Block { placed, half } => {
+                let p = placed.inward(point);
+                p.x.abs() < half[0] && p.y.abs() < half[1]
+            }
+            Self::Disc { center, radius } => distance(*center, point) < *radius,
+        }
+    }
+
     /// The corners; of a disc, of the square around it.
     pub(crate) fn corners(&self) -> [Point2; 4] {
         const SIGNS: [[f64; 2]; 4] = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]];

@@ -1,7 +1,7 @@
 //! Patterns on surfaces, averaged over what one pixel sees of them.
 
 use super::building::Texture;
-use super::real::{floor, sin_cos};
+use crate::real::{floor, sin_cos};
 
 /// Factor on a surface's brightness at `(u, v)` [m], averaged over a pixel that covers `du` by `dv` [m].
 pub(crate) fn factor(texture: &Texture, u: f64, v: f64, du: f64, dv: f64) -> f64 {

@@ -10,6 +10,7 @@ use super::outline::Outline;
 use super::person;
 use super::raise;
 use super::solid::Solid;
+use crate::real::{Placed, distance};
 
 /// Most solids that a world may have.
 pub const MAX_SOLIDS: usize = 1_000_000;
@@ -171,6 +172,29 @@ impl World {
             .iter()
             .map(|w| person::whereabouts(w, time))
             .collect()
+    }
+
+    /// Way from a pose along its heading to the first outline that stands at this height [m], people
+    /// apart; `None` past `far`.
+    #[must_use]
+    pub fn range_along(&self, from: Pose2, far: f64, height: f64) -> Option<f64> {
+        let direction = Placed::at(from).turned(Point2::new(1.0, 0.0));
+        let strike = self.outline.cast(from.position(), direction, far, height)?;
+        Some(strike.range)
+    }
+
+    /// Room around a place [m], up to `reach`, for a body of this height; 0 inside something.
+    #[must_use]
+    pub fn room_at(&self, place: Point2, reach: f64, height: f64) -> f64 {
+        let inside = self
+            .solids
+            .iter()
+            .any(|s| s.bottom < height && s.footprint.contains(place));
+        if inside {
+            return 0.0;
+        }
+        let nearest = self.outline.nearest(place, reach, height);
+        nearest.map_or(reach, |p| distance(p, place))
     }
 
     /// The outline of everything that stands on the floor, people apart: line segments, free space on

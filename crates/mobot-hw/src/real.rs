@@ -19,6 +19,10 @@ pub(crate) fn exp(x: f64) -> f64 {
     libm::exp(x)
 }
 
+pub(crate) fn ln(x: f64) -> f64 {
+    libm::log(x)
+}
+
 pub(crate) fn pow(base: f64, exponent: f64) -> f64 {
     libm::pow(base, exponent)
 }
