@@ -2,3 +2,4 @@
 
 pub mod canny;
 pub mod gradient;
+pub mod hough;

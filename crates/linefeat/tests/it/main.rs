@@ -1,3 +1,6 @@
 //! Integration tests: one binary for the crate.
 mod canny;
+mod hough;
 mod pictures;
+mod render;
+mod segment;
