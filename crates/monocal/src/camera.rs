@@ -19,6 +19,8 @@ pub struct FloorCamera {
     /// crate's documentation (changes of the unit 9-vector of entries, by a Householder basis); zeros for
     /// a homography that is taken as exact.
     pub covariance: [[f64; DEGREES_OF_FREEDOM]; DEGREES_OF_FREEDOM],
+    /// How well pixels are read, one sigma of each coordinate [px].
+    pub pixel_sigma_px: f64,
     /// Width and height of the picture [px], where known.
     pub image_size: Option<[u32; 2]>,
     /// The lens, where known; without it pixels are taken as undistorted.
@@ -41,12 +43,14 @@ pub struct FloorEstimate {
 const HORIZON_SIGMAS: f64 = 3.0;
 
 impl FloorCamera {
-    /// A camera whose homography is exact, with a picture of unknown size and no lens distortion.
+    /// A camera whose homography is exact, with pixels read to half a pixel, a picture of unknown size and no
+    /// lens distortion.
     #[must_use]
     pub const fn exact(homography: FloorHomography) -> Self {
         Self {
             homography,
             covariance: [[0.0; 8]; 8],
+            pixel_sigma_px: 0.5,
             image_size: None,
             lens: None,
         }

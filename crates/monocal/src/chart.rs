@@ -16,8 +16,12 @@ pub(crate) type Entries = SVector<f64, 9>;
 
 /// The matrix `B` at a homography: orthonormal columns, each orthogonal to its entries.
 pub(crate) fn basis(homography: &FloorHomography) -> SMatrix<f64, 9, 8> {
-    let h = entries(homography);
-    let mut w = h;
+    basis_of(&entries(homography))
+}
+
+/// The matrix `B` at a unit 9-vector.
+pub(crate) fn basis_of(h: &Entries) -> SMatrix<f64, 9, 8> {
+    let mut w = *h;
     w[8] += if h[8] >= 0.0 { 1.0 } else { -1.0 };
     let scale = 2.0 / w.norm_squared();
     SMatrix::from_fn(|r, c| f64::from(u8::from(r == c)) - scale * w[r] * w[c])

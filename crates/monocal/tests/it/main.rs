@@ -1,6 +1,19 @@
 //! Integration tests: one binary for the crate.
 mod floor_plan;
 
+mod birdseye;
+mod calibrate;
 mod camera;
+mod csv;
+mod degenerate;
+mod drift;
+#[cfg(feature = "files")]
+mod files;
+mod geometry;
+mod golden_homography;
 mod homography;
+mod lens;
+mod outliers;
 mod pinhole;
+#[cfg(feature = "files")]
+mod real_pairs;

@@ -1,0 +1,165 @@
+//! Calibration against cameras whose truth is known.
+
+use monocal::{CalibrateParams, CalibrateWarning, Calibration, Noise, Pair, PixelPoint, calibrate};
+use rand::{RngExt as _, SeedableRng as _};
+use rand_distr::{Distribution as _, StandardNormal};
+use rand_pcg::Pcg64;
+
+use crate::pinhole::Pinhole;
+
+/// 26 marks over the paper's region: 3.2 m wide, 4.5 m long, starting 2 m ahead.
+pub(crate) fn paper_marks() -> Vec<[f64; 2]> {
+    let mut marks = Vec::new();
+    for row in 0..5 {
+        for column in 0..5 {
+            let x = 2.0 + 4.5 * f64::from(row) / 4.0;
+            marks.push([x, -1.6 + 3.2 * f64::from(column) / 4.0]);
+        }
+    }
+    marks.push([2.5625, 0.4]);
+    marks
+}
+
+pub(crate) fn noisy(rng: &mut Pcg64, sigma: f64) -> [f64; 2] {
+    let n: [f64; 2] = std::array::from_fn(|_| StandardNormal.sample(rng));
+    n.map(|n| n * sigma)
+}
+
+/// Pairs of a camera with noise on pixels [px] and floor points [m].
+pub(crate) fn pairs_of(
+    camera: &Pinhole,
+    marks: &[[f64; 2]],
+    rng: &mut Pcg64,
+    pixel_sigma: f64,
+    floor_sigma: f64,
+) -> Vec<Pair> {
+    let pair = |mark: &[f64; 2]| {
+        let [u, v] = camera.pixel(*mark).unwrap();
+        let [du, dv] = noisy(rng, pixel_sigma);
+        let [dx, dy] = noisy(rng, floor_sigma);
+        Pair::new([u + du, v + dv], [mark[0] + dx, mark[1] + dy])
+    };
+    marks.iter().map(pair).collect()
+}
+
+/// Distances on the floor between where a calibration puts the pixels of a grid over the paper's region and
+/// where they are: all of the region, or what the camera's picture shows of it.
+fn floor_errors(found: &Calibration, truth: &Pinhole, seen_only: bool) -> Vec<f64> {
+    let mut errors = Vec::new();
+    for row in 0..10 {
+        for column in 0..9 {
+            let point = [2.0 + 0.5 * f64::from(row), -1.6 + 0.4 * f64::from(column)];
+            let [u, v] = truth.pixel(point).unwrap();
+            if seen_only && !((0.0..=479.0).contains(&u) && (0.0..=219.0).contains(&v)) {
+                continue;
+            }
+            let seen = found.camera.floor_point([u, v].into()).unwrap();
+            errors.push(seen.distance(point.into()));
+        }
+    }
+    errors
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().copied().fold(0.0, f64::max)
+}
+
+#[test]
+fn held_out_floor_errors_beat_the_paper_s_residuals() {
+    let truth = Pinhole::paper();
+    let mut rng = Pcg64::seed_from_u64(26);
+    let [
+        mut means,
+        mut largests,
+        mut all_means,
+        mut all_largests,
+        mut left_out,
+    ] = [const { Vec::new() }; 5];
+    for _ in 0..150 {
+        let pairs = pairs_of(&truth, &paper_marks(), &mut rng, 0.5, 0.0);
+        let found = calibrate(&pairs, &CalibrateParams::default()).unwrap();
+        assert!(found.outliers.is_empty());
+        left_out.push(found.held_out.unwrap().mean);
+        let seen = floor_errors(&found, &truth, true);
+        means.push(mean(&seen));
+        largests.push(largest(&seen));
+        let all = floor_errors(&found, &truth, false);
+        all_means.push(mean(&all));
+        all_largests.push(largest(&all));
+    }
+    for (what, means, largests) in [
+        ("seen", &means, &largests),
+        ("whole region", &all_means, &all_largests),
+    ] {
+        println!(
+            "{what}: mean {:.2} cm, largest of a calibration {:.2} cm on average, {:.2} cm in the worst of 150",
+            100.0 * mean(means),
+            100.0 * mean(largests),
+            100.0 * largest(largests)
+        );
+    }
+    println!(
+        "pairs left out, with their own pixel noise: {:.2} cm",
+        100.0 * mean(&left_out)
+    );
+    assert!(mean(&means) <= 0.0055 && mean(&largests) <= 0.017);
+}
+
+#[test]
+fn ellipses_hold_the_truth_as_often_as_they_say() {
+    for (noise, pixel_sigma, floor_sigma, trials) in [(Noise::Pixel, 0.5, 0.0, 10_000)] {
+        let truth = Pinhole::paper();
+        let mut rng = Pcg64::seed_from_u64(95);
+        let mut inside = 0;
+        for _ in 0..trials {
+            let pairs = pairs_of(&truth, &paper_marks(), &mut rng, pixel_sigma, floor_sigma);
+            let params = CalibrateParams {
+                noise,
+                ..CalibrateParams::default()
+            };
+            let found = calibrate(&pairs, &params).unwrap();
+            let point = [rng.random_range(2.0..6.5), rng.random_range(-1.6..1.6)];
+            let [u, v] = truth.pixel(point).unwrap();
+            let [du, dv] = noisy(&mut rng, 0.5);
+            let sigma = found.camera.pixel_sigma_px;
+            let estimate = found
+                .camera
+                .floor_estimate(
+                    PixelPoint::new(u + du, v + dv),
+                    [[sigma * sigma, 0.0], [0.0, sigma * sigma]],
+                )
+                .unwrap();
+            let e = [estimate.point.x - point[0], estimate.point.y - point[1]];
+            let [[a, b], [_, d]] = estimate.covariance;
+            let squared =
+                (d * e[0] * e[0] - 2.0 * b * e[0] * e[1] + a * e[1] * e[1]) / (a * d - b * b);
+            inside += u32::from(squared <= 5.991);
+        }
+        let share = f64::from(inside) / f64::from(trials);
+        println!("{noise:?}: {share}");
+        assert!((0.94..=0.96).contains(&share), "{noise:?}: {share}");
+    }
+}
+
+#[test]
+fn few_pairs_are_warned_of() {
+    let truth = Pinhole::paper();
+    let mut rng = Pcg64::seed_from_u64(4);
+    let marks = [[2.0, -1.0], [2.0, 1.0], [5.0, -1.0], [5.0, 1.0]];
+    let found = calibrate(
+        &pairs_of(&truth, &marks, &mut rng, 0.5, 0.0),
+        &CalibrateParams::default(),
+    )
+    .unwrap();
+    assert!(
+        found
+            .warnings
+            .contains(&CalibrateWarning::FewPairs { found: 4 })
+    );
+    assert_eq!(found.held_out, None);
+    assert!(found.residual.max < 1e-9);
+}
