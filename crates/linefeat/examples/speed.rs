@@ -5,8 +5,17 @@ fn main() {
         let image = image::open(&path).unwrap().to_luma8();
         let edges = canny(&image, &CannyParams::default());
         let n = edges.pixels().len();
-        for voting in [Voting::AllDirections, Voting::NearGradient { spread: 4f64.to_radians() }] {
-            let params = HoughParams { votes: 100, voting, ..Default::default() };
+        for voting in [
+            Voting::AllDirections,
+            Voting::NearGradient {
+                spread: 4f64.to_radians(),
+            },
+        ] {
+            let params = HoughParams {
+                votes: 100,
+                voting,
+                ..Default::default()
+            };
             let mut hough = Hough::new();
             let mut lines = Vec::new();
             let mut best = f64::MAX;
@@ -15,7 +24,10 @@ fn main() {
                 hough.detect(&edges, &params, &mut lines).unwrap();
                 best = best.min(t.elapsed().as_secs_f64() * 1e3);
             }
-            println!("{path} edges {n} {voting:?} {best:.3} ms lines {}", lines.len());
+            println!(
+                "{path} edges {n} {voting:?} {best:.3} ms lines {}",
+                lines.len()
+            );
         }
     }
 }

@@ -113,7 +113,8 @@ impl Accumulator {
         self.stride = 2 * (self.reach + MARGIN) + 1;
         self.bins.clear();
         self.bins.resize(self.angles * self.stride, 0);
-        self.table.update(self.angles, rho_px, self.reach + MARGIN, self.stride);
+        self.table
+            .update(self.angles, rho_px, self.reach + MARGIN, self.stride);
         Ok(())
     }
 
@@ -202,7 +203,11 @@ impl pulp::NullaryFnOnce for NearGradient<'_> {
                     let places = votes.places(first, pixel.u as i32, pixel.v as i32);
                     votes.count(&places[..LANES.min(2 * half + 1 - done)]);
                     first += LANES;
-                    first -= if first < votes.angles { 0 } else { votes.angles };
+                    first -= if first < votes.angles {
+                        0
+                    } else {
+                        votes.angles
+                    };
                 }
             }
         }

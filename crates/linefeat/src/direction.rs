@@ -9,15 +9,29 @@ use std::f32::consts::{FRAC_PI_2, PI};
 #[inline(always)]
 pub(crate) fn direction(gx: f32, gy: f32) -> f32 {
     let (across, along) = (gx.abs(), gy.abs());
-    let (small, large) = if across < along { (across, along) } else { (along, across) };
+    let (small, large) = if across < along {
+        (across, along)
+    } else {
+        (along, across)
+    };
     let t = small / large.max(f32::MIN_POSITIVE);
     let t2 = t * t;
     let mut angle = -0.011_721_2_f32;
-    for coefficient in [0.052_653_32, -0.116_432_87, 0.193_543_46, -0.332_623_47, 0.999_977_26] {
+    for coefficient in [
+        0.052_653_32,
+        -0.116_432_87,
+        0.193_543_46,
+        -0.332_623_47,
+        0.999_977_26,
+    ] {
         angle = angle * t2 + coefficient;
     }
     angle *= t;
-    angle = if across < along { FRAC_PI_2 - angle } else { angle };
+    angle = if across < along {
+        FRAC_PI_2 - angle
+    } else {
+        angle
+    };
     angle = if gx < 0.0 { PI - angle } else { angle };
     if gy < 0.0 { -angle } else { angle }
 }

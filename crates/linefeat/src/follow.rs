@@ -81,7 +81,8 @@ impl Compass {
         let [width, height] = [edges.width(), edges.height()].map(|side| side as usize);
         (self.width, self.height) = (width as i32, height as i32);
         self.codes.clear();
-        self.codes.resize((width + 2 * FRAME) * (height + 2 * FRAME), 0);
+        self.codes
+            .resize((width + 2 * FRAME) * (height + 2 * FRAME), 0);
         pulp::Arch::new().dispatch(Encode {
             codes: &mut self.codes,
             stride: width + 2 * FRAME,
@@ -91,7 +92,12 @@ impl Compass {
 
     /// Takes the pixels of the line through an edge pixel off the compass and into `path`. False if the
     /// pixel is taken already.
-    pub(crate) fn follow(&mut self, [u, v]: [u32; 2], params: &SegmentParams, path: &mut Path) -> bool {
+    pub(crate) fn follow(
+        &mut self,
+        [u, v]: [u32; 2],
+        params: &SegmentParams,
+        path: &mut Path,
+    ) -> bool {
         let stride = self.width as usize + 2 * FRAME;
         let origin = (v as usize + FRAME) * stride + u as usize + FRAME;
         let code = self.codes[origin];
@@ -129,7 +135,11 @@ impl Compass {
             last: t0 + last,
             offset: f64::from(m0) + offset - slope * f64::from(t0),
             slope,
-            rising: if along_u { code < 128 } else { code.wrapping_add(64) < 128 },
+            rising: if along_u {
+                code < 128
+            } else {
+                code.wrapping_add(64) < 128
+            },
         };
         true
     }
@@ -193,7 +203,9 @@ impl Walk<'_> {
             if leads {
                 if self.sums.count >= next_fit {
                     (offset, slope) = self.sums.line();
-                    mean = self.code.wrapping_add((self.sums.turn / self.sums.count) as u8);
+                    mean = self
+                        .code
+                        .wrapping_add((self.sums.turn / self.sums.count) as u8);
                     next_fit = self.sums.count + self.sums.count / 8;
                 }
                 // truncation of what is positive rounds
@@ -204,7 +216,11 @@ impl Walk<'_> {
             }
             let place = self.index(t, middle);
             let step_m = self.step_m as usize;
-            let codes = [self.codes[place], self.codes[place - step_m], self.codes[place + step_m]];
+            let codes = [
+                self.codes[place],
+                self.codes[place - step_m],
+                self.codes[place + step_m],
+            ];
             for (code, beside) in codes.into_iter().zip([0, -1, 1]) {
                 if self.agrees(code, mean) {
                     (last, last_m) = (t, middle + beside);

@@ -25,7 +25,11 @@ impl Peaks {
     ) {
         let least = params.votes.clamp(1, u32::from(u16::MAX)) as u16;
         self.found.clear();
-        pulp::Arch::new().dispatch(Scan { votes, least, found: &mut self.found });
+        pulp::Arch::new().dispatch(Scan {
+            votes,
+            least,
+            found: &mut self.found,
+        });
         self.found
             .sort_unstable_by_key(|&(votes, k, r)| (std::cmp::Reverse(votes), k, r));
         self.central.clear();
@@ -90,7 +94,9 @@ fn is_peak(votes: &Accumulator, k: usize, r: usize) -> bool {
         let (row, mirrored) = neighbour(votes, k, dk);
         let mid = if mirrored { 2 * votes.reach - r } else { r };
         (-1isize..=1).all(|dr| {
-            let Some(other) = mid.checked_add_signed(dr).filter(|&other| other <= 2 * votes.reach)
+            let Some(other) = mid
+                .checked_add_signed(dr)
+                .filter(|&other| other <= 2 * votes.reach)
             else {
                 return true;
             };
@@ -104,7 +110,10 @@ fn is_peak(votes: &Accumulator, k: usize, r: usize) -> bool {
 fn neighbour(votes: &Accumulator, k: usize, dk: isize) -> (usize, bool) {
     let angles = votes.angles as isize;
     let row = k as isize + dk;
-    (row.rem_euclid(angles) as usize, row.div_euclid(angles) % 2 != 0)
+    (
+        row.rem_euclid(angles) as usize,
+        row.div_euclid(angles) % 2 != 0,
+    )
 }
 
 /// The line of a peak, between the bins.
@@ -131,8 +140,15 @@ fn refined(votes: &Accumulator, k: usize, r: usize) -> Line {
     } else {
         (0.5 * (before - after) / bend).clamp(-0.5, 0.5)
     };
-    let slope = if shift < 0.0 { rho - beside[0].1 } else { beside[1].1 - rho };
-    let (theta, rho) = ((k as f64 + shift) * step, (rho + shift * slope) * votes.rho_px);
+    let slope = if shift < 0.0 {
+        rho - beside[0].1
+    } else {
+        beside[1].1 - rho
+    };
+    let (theta, rho) = (
+        (k as f64 + shift) * step,
+        (rho + shift * slope) * votes.rho_px,
+    );
     let own_votes = u32::from(votes.row(k)[r]);
     let (theta, rho) = if theta < 0.0 {
         (theta + PI, -rho)
@@ -141,7 +157,11 @@ fn refined(votes: &Accumulator, k: usize, r: usize) -> Line {
     } else {
         (theta, rho)
     };
-    Line { rho, theta, votes: own_votes }
+    Line {
+        rho,
+        theta,
+        votes: own_votes,
+    }
 }
 
 /// The highest sum of three bins of a row within `window` of bin r, and the mean of rho there [bins].
@@ -161,7 +181,10 @@ fn crest(row: &[u16], r: usize, window: usize) -> (f64, f64) {
         }
     }
     let (i, sum) = best;
-    let at = |i: Option<usize>| i.and_then(|i| row.get(i)).map_or(0.0, |&votes| f64::from(votes));
+    let at = |i: Option<usize>| {
+        i.and_then(|i| row.get(i))
+            .map_or(0.0, |&votes| f64::from(votes))
+    };
     let lean = (at(i.checked_add(1)) - at(i.checked_sub(1))) / f64::from(sum.max(1));
     (f64::from(sum), i as f64 - reach as f64 + lean)
 }

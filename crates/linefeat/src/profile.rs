@@ -82,12 +82,18 @@ fn weights() -> &'static [Weights; PHASES] {
             // W between pixel i - 1 and pixel i
             let between = |i: usize, w: fn(f64) -> f64| {
                 let inner = (1..TAPS).contains(&i);
-                if inner { (ONE * w(i as f64 - 3.5 - p)).round() as i32 } else { 0 }
+                if inner {
+                    (ONE * w(i as f64 - 3.5 - p)).round() as i32
+                } else {
+                    0
+                }
             };
-            let pixels = |w: fn(f64) -> f64| {
-                std::array::from_fn(|i| between(i, w) - between(i + 1, w))
-            };
-            Weights { place: pixels(window), slope: pixels(window_slope) }
+            let pixels =
+                |w: fn(f64) -> f64| std::array::from_fn(|i| between(i, w) - between(i + 1, w));
+            Weights {
+                place: pixels(window),
+                slope: pixels(window_slope),
+            }
         })
     })
 }
@@ -135,7 +141,12 @@ impl Profiles {
     /// Measures about a line (offset, slope) and keeps the cuts that show the edge near it; the mean slope of their
     /// sums.
     fn pass(&mut self, image: &GrayImage, path: &Path, line: [f64; 2], near: f64) -> Option<f64> {
-        pulp::Arch::new().dispatch(Measure { image, path, line, cuts: &mut self.cuts });
+        pulp::Arch::new().dispatch(Measure {
+            image,
+            path,
+            line,
+            cuts: &mut self.cuts,
+        });
         let count = self.cuts.len();
         if count < FEWEST {
             return None;
@@ -170,7 +181,10 @@ impl Profiles {
         for cut in &self.cuts {
             let (t, at) = (i64::from(cut.t - base.t), i64::from(cut.at - base.at));
             let place = i64::from(cut.place);
-            for (sum, term) in sums.iter_mut().zip([t, t * t, at, t * at, place, t * place]) {
+            for (sum, term) in sums
+                .iter_mut()
+                .zip([t, t * t, at, t * at, place, t * place])
+            {
                 *sum += term;
             }
         }
@@ -220,13 +234,23 @@ impl Profiles {
         [own, a_pixel * rounding]
     }
 
-    fn segment(&self, image: &GrayImage, path: &Path, fit: &Fit, variance: [f64; 2]) -> Option<Segment> {
+    fn segment(
+        &self,
+        image: &GrayImage,
+        path: &Path,
+        fit: &Fit,
+        variance: [f64; 2],
+    ) -> Option<Segment> {
         let (first, last) = (self.cuts.first()?, self.cuts.last()?);
         let b = fit.slope;
         let at_zero = fit.value - b * fit.middle;
         let q = (1.0 + b * b).sqrt();
         let end = |t: f64| {
-            if path.along_u { [t, fit.at(t)] } else { [fit.at(t), t] }
+            if path.along_u {
+                [t, fit.at(t)]
+            } else {
+                [fit.at(t), t]
+            }
         };
         // along u the normal is (-b, 1) / q, along v (1, -b) / q
         let (mut theta, turn) = if path.along_u {
@@ -254,7 +278,10 @@ impl Profiles {
             rho,
             theta,
             covariance: [
-                [by_value * by_value * value + by_slope * by_slope * slope, mixed],
+                [
+                    by_value * by_value * value + by_slope * by_slope * slope,
+                    mixed,
+                ],
                 [mixed, theta_by_slope * theta_by_slope * slope],
             ],
             contrast: if rising { contrast } else { -contrast },
@@ -266,7 +293,12 @@ impl Profiles {
     fn contrast(&self, image: &GrayImage, path: &Path) -> f64 {
         let mut sum = 0i32;
         for cut in &self.cuts {
-            let taps = taps(image, path.along_u, cut.t as usize, cut.at as usize / PHASES - 3);
+            let taps = taps(
+                image,
+                path.along_u,
+                cut.t as usize,
+                cut.at as usize / PHASES - 3,
+            );
             sum += taps[6] + taps[7] - taps[0] - taps[1];
         }
         0.5 * f64::from(sum.abs()) / self.cuts.len() as f64
@@ -299,8 +331,17 @@ impl pulp::NullaryFnOnce for Measure<'_> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { image, path, line: [offset, slope], cuts } = self;
-        let across = if path.along_u { image.height() } else { image.width() };
+        let Self {
+            image,
+            path,
+            line: [offset, slope],
+            cuts,
+        } = self;
+        let across = if path.along_u {
+            image.height()
+        } else {
+            image.width()
+        };
         let whole = 3.0..f64::from(across) - 4.0 - 1.0 / PHASES as f64;
         let sign = if path.rising { 1 } else { -1 };
         let weights = weights();

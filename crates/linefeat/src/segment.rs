@@ -103,16 +103,23 @@ impl Segments {
         self.compass.update(edges);
         let t1 = std::time::Instant::now();
         if std::env::var("NOFIT").is_ok() {
-        for pixel in edges.pixels() {
-            if self.compass.follow([pixel.u, pixel.v], params, &mut self.path) { found.len(); }
-        }
-        let t2 = std::time::Instant::now();
-        println!("update {:?} follow {:?}", t1 - t0, t2 - t1);
-        return;
+            for pixel in edges.pixels() {
+                if self
+                    .compass
+                    .follow([pixel.u, pixel.v], params, &mut self.path)
+                {
+                    found.len();
+                }
+            }
+            let t2 = std::time::Instant::now();
+            println!("update {:?} follow {:?}", t1 - t0, t2 - t1);
+            return;
         }
         let least = params.length_px.max(8);
         for pixel in edges.pixels() {
-            if self.compass.follow([pixel.u, pixel.v], params, &mut self.path)
+            if self
+                .compass
+                .follow([pixel.u, pixel.v], params, &mut self.path)
                 && self.path.extent() >= least
             {
                 found.extend(self.profiles.fit(image, &self.path, least));

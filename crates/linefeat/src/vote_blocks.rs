@@ -33,7 +33,12 @@ pub(crate) fn vote(votes: &mut Accumulator, edges: &EdgeMap, blocks: &mut VoteBl
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
     if suits && let Some(simd) = pulp::x86::V3::try_new() {
         blocks.prepare(votes, edges);
-        simd.vectorize(wide::Bands { simd, votes, edges, blocks });
+        simd.vectorize(wide::Bands {
+            simd,
+            votes,
+            edges,
+            blocks,
+        });
         return true;
     }
     let _ = (suits, edges, blocks);
@@ -49,11 +54,13 @@ impl VoteBlocks {
             let (cos, sin) = (&table.cos[first..][..LANES], &table.sin[first..][..LANES]);
             for place in 0..SIDE * SIDE {
                 let (du, dv) = ((place % SIDE) as i32, (place / SIDE) as i32);
-                self.offsets.push(std::array::from_fn(|i| du * cos[i] + dv * sin[i]));
+                self.offsets
+                    .push(std::array::from_fn(|i| du * cos[i] + dv * sin[i]));
             }
             let far = SIDE as i32 - 1;
-            self.least
-                .push(std::array::from_fn(|i| far * (cos[i].min(0) + sin[i].min(0))));
+            self.least.push(std::array::from_fn(|i| {
+                far * (cos[i].min(0) + sin[i].min(0))
+            }));
         }
         let across = (edges.width() as usize).div_ceil(SIDE);
         self.members.resize(across, [0; SIDE * SIDE]);
@@ -83,8 +90,15 @@ mod wide {
 
         #[inline(always)]
         fn call(self) {
-            let Self { simd, votes, edges, blocks } = self;
-            let VoteBlocks { members, counts, .. } = blocks;
+            let Self {
+                simd,
+                votes,
+                edges,
+                blocks,
+            } = self;
+            let VoteBlocks {
+                members, counts, ..
+            } = blocks;
             let mut rest = edges.pixels();
             while let Some(pixel) = rest.first() {
                 let band = pixel.v as usize / SIDE;
@@ -134,7 +148,9 @@ mod wide {
         let mut base = [0i32; LANES];
         let mut bins = [0u32; LANES];
         for i in 0..LANES {
-            let sum = corner[0].wrapping_mul(cos[i]).wrapping_add(corner[1].wrapping_mul(sin[i]));
+            let sum = corner[0]
+                .wrapping_mul(cos[i])
+                .wrapping_add(corner[1].wrapping_mul(sin[i]));
             let rounded = sum.wrapping_add(half);
             let low = rounded.wrapping_add(least[i]) >> fraction;
             base[i] = rounded.wrapping_sub(low << fraction);
@@ -146,7 +162,9 @@ mod wide {
         for (i, &bin) in bins[..angles].iter().enumerate() {
             let [low, high]: [[u8; 16]; 2] = cast(rows[i % 16]);
             let row = if i < 16 { low } else { high };
-            let Some(window) = votes.bins.get_mut(bin as usize..bin as usize + 16) else { continue };
+            let Some(window) = votes.bins.get_mut(bin as usize..bin as usize + 16) else {
+                continue;
+            };
             let window: &mut [u16; 16] = window.try_into().expect("16 bins");
             let more = simd.avx2._mm256_cvtepu8_epi16(cast(row));
             *window = cast(simd.avx2._mm256_adds_epu16(cast(*window), more));
@@ -170,7 +188,8 @@ mod wide {
         let order = cast([0i32, 4, 1, 5, 2, 6, 3, 7]);
         for &place in places {
             let offsets: [__m256i; 4] = cast(offsets[place as usize % (SIDE * SIDE)]);
-            let bin = |i: usize| avx2._mm256_sra_epi32(avx2._mm256_add_epi32(base[i], offsets[i]), shift);
+            let bin =
+                |i: usize| avx2._mm256_sra_epi32(avx2._mm256_add_epi32(base[i], offsets[i]), shift);
             let words = avx2._mm256_packs_epi32(bin(0), bin(1));
             let more = avx2._mm256_packs_epi32(bin(2), bin(3));
             let bytes = avx2._mm256_packs_epi16(words, more);

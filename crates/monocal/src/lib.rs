@@ -15,6 +15,7 @@ mod floor_plan;
 mod geometry;
 mod homography;
 mod lens;
+mod localize;
 mod pairs_file;
 pub mod paper;
 mod point;
@@ -36,5 +37,9 @@ pub use floor_plan::{FloorPlanError, PlanLimits};
 pub use geometry::{CameraGeometry, Undetermined};
 pub use homography::{FloorHomography, HomographyError, Resolution};
 pub use lens::{CameraMatrix, Distortion, Lens, LensError};
+pub use localize::{
+    CornerObservation, EdgeObservation, FixStatus, LocateParams, Match, Observations, Observed,
+    PoseFix, PositionAxis, Prior, locate,
+};
 pub use pairs_file::{PAIRS_HEADER, PairsError, read_pairs};
 pub use point::{GroundPoint, PixelPoint};

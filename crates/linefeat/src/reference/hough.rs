@@ -40,7 +40,11 @@ pub fn votes(edges: &EdgeMap, params: &HoughParams) -> Vec<Vec<u16>> {
             let sum = i64::from(pixel.u) * cos + i64::from(pixel.v) * sin;
             let bin = (sum + (1 << digits) / 2) >> digits;
             let votes = &mut row[(bin + reach as i64) as usize];
-            *votes = if counts { votes.saturating_add(1) } else { *votes };
+            *votes = if counts {
+                votes.saturating_add(1)
+            } else {
+                *votes
+            };
         }
     }
     votes

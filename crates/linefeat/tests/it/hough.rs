@@ -1,6 +1,8 @@
 use std::f64::consts::PI;
 
-use linefeat::{CannyParams, EdgeMap, Hough, HoughError, HoughParams, Line, Voting, canny, hough, reference};
+use linefeat::{
+    CannyParams, EdgeMap, Hough, HoughError, HoughParams, Line, Voting, canny, hough, reference,
+};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -54,10 +56,15 @@ fn votes_are_those_of_the_definition() {
 fn bins_are_equally_wide() {
     let mut rng = Pcg64Mcg::seed_from_u64(4);
     let mut transform = Hough::new();
-    let params = HoughParams { voting: Voting::AllDirections, ..HoughParams::default() };
+    let params = HoughParams {
+        voting: Voting::AllDirections,
+        ..HoughParams::default()
+    };
     for _ in 0..20 {
         let edges = edges(&mut rng);
-        transform.detect(&edges, &params, &mut Vec::new()).expect("bins");
+        transform
+            .detect(&edges, &params, &mut Vec::new())
+            .expect("bins");
         let votes = transform.accumulator();
         for k in 0..votes.angles() {
             let (sin, cos) = (k as f64 * PI / votes.angles() as f64).sin_cos();
@@ -72,7 +79,10 @@ fn bins_are_equally_wide() {
                 let border = r as f64 - transform.accumulator().reach() as f64 - 0.5;
                 let least = rhos.partition_point(|&rho| rho < border - 1e-3);
                 let most = rhos.partition_point(|&rho| rho < border + 1e-3);
-                assert!((least..=most).contains(&below), "angle {k}, border {border}");
+                assert!(
+                    (least..=most).contains(&below),
+                    "angle {k}, border {border}"
+                );
                 below += usize::from(votes);
             }
             assert_eq!(below, rhos.len());
@@ -101,7 +111,10 @@ fn error(line: &Line, theta: f64, rho: f64) -> [f64; 2] {
 #[test]
 fn one_edge_is_one_line_at_every_angle() {
     for voting in [Voting::AllDirections, HoughParams::default().voting] {
-        let params = HoughParams { voting, ..HoughParams::default() };
+        let params = HoughParams {
+            voting,
+            ..HoughParams::default()
+        };
         for step in -8..368 {
             let theta = 0.5f64.to_radians() * f64::from(step) + 0.001;
             let rho = 100.0 * theta.cos() + 80.0 * theta.sin() + 0.3;
@@ -109,7 +122,11 @@ fn one_edge_is_one_line_at_every_angle() {
             assert_eq!(lines.len(), 1, "{step} half degrees, {voting:?}: {lines:?}");
             let [turn, _] = error(&lines[0], theta, rho);
             assert!((0.0..PI).contains(&lines[0].theta));
-            assert!(turn.abs() < 0.5f64.to_radians(), "{step}: {}", turn.to_degrees());
+            assert!(
+                turn.abs() < 0.5f64.to_radians(),
+                "{step}: {}",
+                turn.to_degrees()
+            );
         }
     }
 }
@@ -118,11 +135,34 @@ fn one_edge_is_one_line_at_every_angle() {
 fn bins_without_width_or_bound_are_refused() {
     let edges = EdgeMap::new();
     let base = HoughParams::default();
-    for (rho_px, theta) in [(0.0, 0.1), (-1.0, 0.1), (f64::NAN, 0.1), (1.0, 0.0), (1.0, f64::NAN), (1.0, 4.0)] {
-        let result = hough(&edges, &HoughParams { rho_px, theta, ..base });
-        assert!(matches!(result, Err(HoughError::Width { .. })), "{rho_px} {theta}");
+    for (rho_px, theta) in [
+        (0.0, 0.1),
+        (-1.0, 0.1),
+        (f64::NAN, 0.1),
+        (1.0, 0.0),
+        (1.0, f64::NAN),
+        (1.0, 4.0),
+    ] {
+        let result = hough(
+            &edges,
+            &HoughParams {
+                rho_px,
+                theta,
+                ..base
+            },
+        );
+        assert!(
+            matches!(result, Err(HoughError::Width { .. })),
+            "{rho_px} {theta}"
+        );
     }
-    let result = hough(&edges, &HoughParams { theta: 1e-300, ..base });
+    let result = hough(
+        &edges,
+        &HoughParams {
+            theta: 1e-300,
+            ..base
+        },
+    );
     assert!(matches!(result, Err(HoughError::TooFine { .. })));
     assert!(hough(&edges, &base).expect("bins").is_empty());
 }

@@ -28,7 +28,8 @@ impl Edge {
         // the square seen along the edge is the convolution of two boxes
         let (a, b) = (cos.abs().max(1e-3), sin.abs().max(1e-3));
         let twice = |x: f64| twice_integrated(x / self.blur) * self.blur * self.blur;
-        let part = twice(distance + 0.5 * (a + b)) - twice(distance + 0.5 * (a - b))
+        let part = twice(distance + 0.5 * (a + b))
+            - twice(distance + 0.5 * (a - b))
             - twice(distance - 0.5 * (a - b))
             + twice(distance - 0.5 * (a + b));
         self.dark + self.contrast * part / (a * b)
@@ -38,7 +39,9 @@ impl Edge {
         let mut rng = Pcg64Mcg::seed_from_u64(seed);
         let noise = Normal::new(0.0, self.noise).expect("a deviation");
         GrayImage::from_fn(width, height, |u, v| {
-            Luma([(self.level(u, v) + noise.sample(&mut rng)).round().clamp(0.0, 255.0) as u8])
+            Luma([(self.level(u, v) + noise.sample(&mut rng))
+                .round()
+                .clamp(0.0, 255.0) as u8])
         })
     }
 

@@ -8,12 +8,18 @@ use crate::render::Edge;
 fn seen(edge: &Edge, width: u32, height: u32, seed: u64) -> Vec<Segment> {
     let picture = edge.render(width, height, seed);
     let high = 1.6 * edge.contrast.abs();
-    let params = CannyParams { low: 0.5 * high, high, ..CannyParams::default() };
+    let params = CannyParams {
+        low: 0.5 * high,
+        high,
+        ..CannyParams::default()
+    };
     let edges = canny(&picture, &params);
     let mut found = segments(&picture, &edges, &SegmentParams::default());
     found.retain(|segment| {
         let [rho, theta] = error(segment, edge);
-        theta.abs() < 0.1 && rho.abs() < 0.1 * f64::from(width) && middle_error(segment, edge).abs() < 2.0
+        theta.abs() < 0.1
+            && rho.abs() < 0.1 * f64::from(width)
+            && middle_error(segment, edge).abs() < 2.0
     });
     found
 }
@@ -61,7 +67,18 @@ fn regions_of_95_percent_hold_the_truth() {
         lines += usize::from(!found.is_empty());
         for segment in &found {
             all += 1;
-            println!("DBG {} {} {} {} {} {} {} {} {}", edge.theta, edge.contrast, edge.blur, edge.noise, segment.support_px, middle_error(segment, &edge), error(segment, &edge)[1], distance(segment, &edge), segment.covariance[1][1].sqrt());
+            println!(
+                "DBG {} {} {} {} {} {} {} {} {}",
+                edge.theta,
+                edge.contrast,
+                edge.blur,
+                edge.noise,
+                segment.support_px,
+                middle_error(segment, &edge),
+                error(segment, &edge)[1],
+                distance(segment, &edge),
+                segment.covariance[1][1].sqrt()
+            );
             inside += usize::from(distance(segment, &edge) < REGION);
             let [_, theta] = error(segment, &edge);
             let shift = middle_error(segment, &edge);
@@ -72,6 +89,9 @@ fn regions_of_95_percent_hold_the_truth() {
         }
     }
     let share = inside as f64 / all as f64;
-    println!("{inside} of {all}: {share}; {lines}; {:?}", sums.map(|s| s / all as f64));
+    println!(
+        "{inside} of {all}: {share}; {lines}; {:?}",
+        sums.map(|s| s / all as f64)
+    );
     assert!((0.94..=0.96).contains(&share), "{inside} of {all}");
 }
