@@ -34,8 +34,9 @@ pub struct FloorParams {
     /// Largest angle between a vertical and the direction to the nadir [rad], 0 to 0.5. Raised: verticals of
     /// a nodding or rolling camera stay, and floor lines that point to the robot pass for verticals.
     pub vertical_angle: f64,
-    /// How far a vertical may end above the floor edge [px], 0 or more, and how far beside a floor edge's end
-    /// it may stand. Raised: broken corners are closed, and false ones made.
+    /// How far a vertical may end above the floor edge and how far beside a floor edge's end it may stand
+    /// [px], above 0; a few times as far above, with less confidence. Raised: broken corners are closed, and
+    /// false ones made.
     pub corner_gap_px: f64,
     /// Features below this confidence are left out, 0 to 1.
     pub least_confidence: f64,
@@ -47,7 +48,7 @@ impl Default for FloorParams {
             edge_length_px: 20.0,
             vertical_angle: 0.05,
             corner_gap_px: 6.0,
-            least_confidence: 0.05,
+            least_confidence: 0.12,
         }
     }
 }
@@ -162,6 +163,9 @@ fn length_share(segment: &Segment, half_px: f64) -> f64 {
     length / (length + half_px)
 }
 
+/// How much of what lies closely behind a floor edge it rules out, over its own confidence.
+const SHADE: f64 = 1.25;
+
 /// What lies behind a likelier floor edge is less likely one: skirting boards, stripes, shadows on walls.
 fn doubt_farther(segments: &[Segment], plane: &Plane, edges: &mut [FloorEdge]) {
     for index in 0..edges.len() {
@@ -173,7 +177,7 @@ fn doubt_farther(segments: &[Segment], plane: &Plane, edges: &mut [FloorEdge]) {
         for (other, edge) in edges.iter().enumerate() {
             if other != index && edge.confidence > 0.5 * confidence {
                 let covered = plane.covered(&segments[segment], &segments[edge.segment]);
-                factor *= 1.0 - edge.confidence * covered;
+                factor *= 1.0 - (SHADE * edge.confidence * covered).min(0.98);
             }
         }
         edges[index].confidence *= factor;
@@ -198,29 +202,31 @@ fn corner(
         .filter_map(|(index, edge)| {
             let floor = &segments[edge.segment];
             let pixel = plane::crossing(vertical, floor)?;
-            let gap = distance(foot, pixel);
-            let beside = plane::beyond_ends(floor, pixel);
-            let near = gap <= params.corner_gap_px && beside <= params.corner_gap_px;
-            near.then_some((index, pixel, edge.confidence, gap.max(beside)))
+            let gap = distance(foot, pixel) / params.corner_gap_px;
+            let beside = plane::beyond_ends(floor, pixel).max(0.0) / params.corner_gap_px;
+            // a vertical may end at the skirting board, which is drawn like it
+            let near = gap <= SKIRTING_GAP && beside <= 1.0 && plane.floor_point(pixel).is_some();
+            let fits = 1.0 / (1.0 + 0.25 * gap * gap + 0.5 * beside * beside);
+            near.then_some((index, pixel, edge.confidence, fits))
         });
-    let (edge, pixel, edge_confidence, gap) =
-        meets.max_by(|a, b| (a.2 - 0.02 * a.3).total_cmp(&(b.2 - 0.02 * b.3)))?;
+    let (edge, pixel, edge_confidence, fits) =
+        meets.max_by(|a, b| (a.2 * a.3).total_cmp(&(b.2 * b.3)))?;
     let floor = &segments[features.edges[edge].segment];
     Some(DoorCorner {
         pixel,
         covariance: plane::crossing_covariance(vertical, floor, pixel)?,
-        confidence: edge_confidence.sqrt()
-            * door.confidence
-            * (1.0 - 0.5 * gap / params.corner_gap_px.max(1.0)),
+        confidence: edge_confidence.sqrt() * door.confidence * fits,
         edge: Some(edge),
         door_edge,
     })
 }
 
+/// How far a vertical may end above a floor edge, over [`FloorParams::corner_gap_px`].
+const SKIRTING_GAP: f64 = 4.0;
 /// An edge detector loses the last pixels of a line before another: its end is this far short [px].
 const SHORT_PX: f64 = 2.0;
 /// One sigma of where a vertical ends [px].
-const FOOT_PX: f64 = 2.5;
+const FOOT_PX: f64 = 6.0;
 /// A vertical that ends this near to the picture's border goes on outside [px].
 const BORDER_PX: f64 = 6.0;
 /// How likely the end of a vertical is on the floor where no floor edge was found.

@@ -34,11 +34,16 @@ const PLACED_REACH_PX: f64 = 15.0;
 /// Of each kind, so many of the most confident features are used.
 const MOST_FEATURES: usize = 10;
 /// Confidences are kept this far from certainty.
-const DOUBT: f64 = 0.02;
+pub(super) const DOUBT: f64 = 0.02;
 /// Readings kept.
 const MOST_READINGS: usize = 64;
-/// Edges near to one another in the picture: the chance line of a feature that is none [1/px^2].
-const CLUTTER: f64 = 1e-5;
+/// How densely features lie that are none [1/px^2]: other lines run along with the floor edges.
+pub(super) fn clutter(kind: Kind) -> f64 {
+    match kind {
+        Kind::Edge(_) => 1e-3,
+        Kind::Corner(_) => 3e-5,
+    }
+}
 
 pub(super) fn readings(
     model: &Model<'_>,
@@ -108,7 +113,7 @@ impl Search<'_> {
             }
             let confidence = feature.confidence.clamp(DOUBT, 1.0 - DOUBT);
             let any = (confidence / choices.len() as f64).ln();
-            let none = ((1.0 - confidence) * CLUTTER).ln();
+            let none = ((1.0 - confidence) * clutter(feature.kind)).ln();
             let sharpest = -(std::f64::consts::TAU * feature.noise.determinant().sqrt()).ln();
             out.push(Candidates {
                 feature: index,

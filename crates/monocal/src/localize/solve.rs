@@ -3,7 +3,7 @@
 use nalgebra::{Cholesky, Matrix2, Matrix3, SymmetricEigen, Vector3};
 use occgrid::Pose2;
 
-use super::associate::{Reading, Readings};
+use super::associate::{DOUBT, Reading, Readings, clutter};
 use super::model::{Belief, Feature, Landmarks, Model, Spread, UNKNOWNS, Unknowns};
 use super::{FixStatus, LocateParams, Observed, PoseFix, PositionAxis, Prior};
 
@@ -153,7 +153,9 @@ fn solved(
         score = -0.5 * off.dot(&pull);
         for (feature, choice) in features.iter().zip(choice) {
             let Some(choice) = *choice else {
-                score += ((1.0 - feature.confidence.clamp(0.02, 0.98)) * 1e-5).ln();
+                let none =
+                    (1.0 - feature.confidence.clamp(DOUBT, 1.0 - DOUBT)) * clutter(feature.kind);
+                score += none.ln();
                 continue;
             };
             let seen = model.predict(feature, landmarks, choice, &view)?;
@@ -163,7 +165,7 @@ fn solved(
             pull -= weighted * seen.residual;
             score -= 0.5 * seen.residual.dot(&(weight * seen.residual))
                 + (std::f64::consts::TAU * seen.noise.determinant().sqrt()).ln();
-            score += feature.confidence.clamp(0.02, 0.98).ln();
+            score += feature.confidence.clamp(DOUBT, 1.0 - DOUBT).ln();
         }
         let step = Cholesky::new(information)?.solve(&pull);
         mean += step;

@@ -165,6 +165,40 @@ fn rendered() {
                     s += &format!("truth {} {}\n", p[0], p[1]);
                 }
             }
+            for e in &seen.edges {
+                let along = [e.end[0] - e.start[0], e.end[1] - e.start[1]];
+                let l = along[0].hypot(along[1]);
+                for (w, [a, b]) in shot.plan.walls.iter().enumerate().take(4) {
+                    // dense truth points
+                    let mut d = [f64::NAN; 2];
+                    for (i, q) in [e.start, e.end].iter().enumerate() {
+                        let mut best = 1e9;
+                        for t in 0..20000 {
+                            let t = f64::from(t) / 20000.0;
+                            let p =
+                                occgrid::Point2::new(a.x + t * (b.x - a.x), a.y + t * (b.y - a.y));
+                            if let Some(z) = pixel(p) {
+                                let t = ((z[0] - q[0]) * along[0] + (z[1] - q[1]) * along[1]) / l;
+                                if t.abs() < best {
+                                    best = t.abs();
+                                    d[i] =
+                                        ((z[0] - q[0]) * -along[1] + (z[1] - q[1]) * along[0]) / l;
+                                }
+                            }
+                        }
+                    }
+                    if d[0].abs() < 15.0 {
+                        eprintln!(
+                            "  edge {:?}->{:?} conf {:.2} wall {w} off {:.2?} sig {:.3}",
+                            e.start.map(|x| x as i32),
+                            e.end.map(|x| x as i32),
+                            e.confidence,
+                            d,
+                            (e.covariance[1][1]).sqrt() * l
+                        );
+                    }
+                }
+            }
             std::fs::write(format!("/tmp/pose/f{k}.txt"), s).unwrap();
         }
         eprintln!(
