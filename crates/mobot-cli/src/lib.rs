@@ -2,5 +2,6 @@
 
 pub mod args;
 pub mod cmd;
+pub mod frame;
 pub mod output;
 pub mod picture;

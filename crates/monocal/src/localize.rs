@@ -212,3 +212,16 @@ pub fn locate(
     let readings = associate::readings(&model, &features, &landmarks, &start, params);
     solve::fix(&model, &features, &landmarks, &start, &readings, params)
 }
+
+impl FloorCamera {
+    /// The camera nodded down by an angle [rad] about its own centre, as for [`PoseFix::pitch`]; `None` where
+    /// its mounting is not determined, or the floor is out of its sight then.
+    #[must_use]
+    pub fn nodding(&self, pitch: f64) -> Option<Self> {
+        let homography = model::nodded(self, pitch)?;
+        Some(Self {
+            homography,
+            ..self.clone()
+        })
+    }
+}

@@ -2,7 +2,10 @@
 
 mod check;
 mod clean;
+mod floorplan;
 mod graph;
+mod lines;
+mod locate;
 mod map;
 mod plan;
 mod sensor;
@@ -28,6 +31,9 @@ pub fn run(cli: Cli) -> anyhow::Result<Outcome> {
         Command::Graph(args) => graph::run(&args, &output),
         Command::Check(args) => check::run(&args, &output),
         Command::Plan(args) => plan::run(&args, &output),
+        Command::Floorplan(args) => floorplan::run(&args, &output),
+        Command::Lines(args) => lines::run(&args, &output),
+        Command::Locate(args) => locate::run(&args, &output),
         Command::Why(args) => why::run(&args, &output),
     }
 }

@@ -1,5 +1,7 @@
 //! Pictures of what a command did: a map in grey, lines and marks on it, as SVG or PNG.
 
+mod canvas;
+mod overlay;
 mod raster;
 mod scene;
 mod svg;
@@ -8,6 +10,7 @@ use std::path::Path;
 
 use anyhow::{Context, bail};
 
+pub use overlay::{Overlay, Panel};
 pub use scene::{Color, Mark, Scene, Stroke, clearance_color};
 
 /// The formats that a picture's file name may ask for.
@@ -48,6 +51,27 @@ pub fn save(scene: &Scene, path: &Path) -> anyhow::Result<()> {
         Format::Png => raster::render(scene)?,
     };
     crate::output::write_whole(path, &bytes).with_context(|| format!("{}", path.display()))
+}
+
+/// Draws an overlay into a file; the file appears whole or not at all.
+///
+/// # Errors
+/// If the name's ending is unknown, or the file cannot be written.
+pub fn save_overlay(overlay: &Overlay, path: &Path) -> anyhow::Result<()> {
+    let bytes = match format_of(path)? {
+        Format::Svg => overlay.to_svg()?.into_bytes(),
+        Format::Png => overlay.to_png()?,
+    };
+    crate::output::write_whole(path, &bytes).with_context(|| format!("{}", path.display()))
+}
+
+/// A colour image as PNG bytes.
+///
+/// # Errors
+/// If the encoder fails.
+pub fn rgb_png(picture: &image::RgbImage) -> anyhow::Result<Vec<u8>> {
+    let (width, height) = picture.dimensions();
+    raster::encode(width, height, picture, image::ExtendedColorType::Rgb8)
 }
 
 /// A grey image as PNG bytes.

@@ -3,7 +3,8 @@
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use occgrid::GridPoint;
 
-use super::scene::{Color, Scene};
+use super::canvas::Canvas;
+use super::scene::Scene;
 
 /// Small maps are enlarged until their longer side has about this many pixels.
 const LONG_SIDE_PX: u32 = 1400;
@@ -12,7 +13,7 @@ const LONG_SIDE_PX: u32 = 1400;
 pub(super) fn render(scene: &Scene) -> anyhow::Result<Vec<u8>> {
     let [left, top, width, height] = scene.view;
     let zoom = (LONG_SIDE_PX / width.max(height)).clamp(1, 16);
-    let mut canvas = Canvas::enlarged(scene, zoom);
+    let mut canvas = enlarged(scene, zoom);
     let place = |p: GridPoint| {
         let z = f64::from(zoom);
         ((p.col - f64::from(left)) * z, (p.row - f64::from(top)) * z)
@@ -51,56 +52,23 @@ pub(super) fn encode(
     Ok(png)
 }
 
-struct Canvas {
-    width: usize,
-    height: usize,
-    rgb: Vec<u8>,
-}
-
-impl Canvas {
-    fn enlarged(scene: &Scene, zoom: u32) -> Self {
-        let [_, _, width, height] = scene.view.map(|v| v as usize);
-        let zoom = zoom as usize;
-        let mut rgb = Vec::with_capacity(width * height * zoom * zoom * 3);
-        for row in scene.gray.chunks_exact(width) {
-            let line: Vec<u8> = row
-                .iter()
-                .flat_map(|&g| std::iter::repeat_n(g, 3 * zoom))
-                .collect();
-            for _ in 0..zoom {
-                rgb.extend_from_slice(&line);
-            }
-        }
-        Self {
-            width: width * zoom,
-            height: height * zoom,
-            rgb,
+/// The map, cells enlarged by a whole factor.
+fn enlarged(scene: &Scene, zoom: u32) -> Canvas {
+    let [_, _, width, height] = scene.view.map(|v| v as usize);
+    let zoom = zoom as usize;
+    let mut rgb = Vec::with_capacity(width * height * zoom * zoom * 3);
+    for row in scene.gray.chunks_exact(width) {
+        let line: Vec<u8> = row
+            .iter()
+            .flat_map(|&g| std::iter::repeat_n(g, 3 * zoom))
+            .collect();
+        for _ in 0..zoom {
+            rgb.extend_from_slice(&line);
         }
     }
-
-    /// Every pixel whose centre is within `radius` of the segment, and at least the nearest one.
-    fn line(&mut self, a: (f64, f64), b: (f64, f64), radius: f64, color: Color) {
-        let radius = radius.max(0.71);
-        let clip = |v: f64, most: usize| v.clamp(0.0, most as f64) as usize;
-        let columns =
-            clip(a.0.min(b.0) - radius, self.width)..clip(a.0.max(b.0) + radius + 1.0, self.width);
-        let rows = clip(a.1.min(b.1) - radius, self.height)
-            ..clip(a.1.max(b.1) + radius + 1.0, self.height);
-        for y in rows {
-            for x in columns.clone() {
-                let p = (x as f64 + 0.5, y as f64 + 0.5);
-                if squared_distance(p, a, b) <= radius * radius {
-                    let at = 3 * (y * self.width + x);
-                    self.rgb[at..at + 3].copy_from_slice(&[color.0, color.1, color.2]);
-                }
-            }
-        }
+    Canvas {
+        width: width * zoom,
+        height: height * zoom,
+        rgb,
     }
-}
-
-fn squared_distance(p: (f64, f64), a: (f64, f64), b: (f64, f64)) -> f64 {
-    let (dx, dy) = (b.0 - a.0, b.1 - a.1);
-    let (px, py) = (p.0 - a.0, p.1 - a.1);
-    let t = ((px * dx + py * dy) / (dx * dx + dy * dy).max(1e-12)).clamp(0.0, 1.0);
-    (px - t * dx).powi(2) + (py - t * dy).powi(2)
 }

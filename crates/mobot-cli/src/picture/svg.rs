@@ -92,17 +92,17 @@ fn scale_bar(svg: &mut String, scene: &Scene, scale: f64, page_h: f64) -> std::f
     )
 }
 
-fn hex(color: Color) -> String {
+pub(super) fn hex(color: Color) -> String {
     format!("#{:02x}{:02x}{:02x}", color.0, color.1, color.2)
 }
 
 /// A coordinate with at most three decimals: a thousandth of a cell.
-fn number(value: f64) -> f64 {
+pub(super) fn number(value: f64) -> f64 {
     (value * 1000.0).round() / 1000.0
 }
 
 /// Text that cannot leave its element: file names may hold anything.
-fn escape(text: &str) -> String {
+pub(super) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {

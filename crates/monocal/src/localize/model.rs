@@ -1,12 +1,12 @@
 //! What a camera at a pose sees of a plan: predicted places of features and how they move with the unknowns.
 
-use nalgebra::{Matrix2, Matrix2x3, SMatrix, SVector, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, SMatrix, SVector, Vector2, Vector3};
 use occgrid::Point2;
 
 use super::{LocateParams, Match, Observations, Prior};
 use crate::chart;
-use crate::homography::matrix;
-use crate::{CameraMatrix, FloorCamera, FloorPlan, GroundPoint, PixelPoint};
+use crate::homography::{matrix, rows};
+use crate::{CameraMatrix, FloorCamera, FloorHomography, FloorPlan, GroundPoint, PixelPoint};
 
 /// x, y, theta; nod, roll; eight of the homography's chart.
 pub(super) const UNKNOWNS: usize = 13;
@@ -346,8 +346,8 @@ pub(super) struct View<'a> {
     turn: [f64; 2],
     nod: [f64; 2],
     roll: [f64; 2],
-    pixel_to_floor: nalgebra::Matrix3<f64>,
-    floor_to_pixel: nalgebra::Matrix3<f64>,
+    pixel_to_floor: Matrix3<f64>,
+    floor_to_pixel: Matrix3<f64>,
 }
 
 impl<'a> View<'a> {
@@ -511,7 +511,21 @@ fn crossing(a: Point2, b: Point2, [p, q]: [Point2; 2]) -> Option<f64> {
     ((0.0..=1.0).contains(&along_way) && (0.0..=1.0).contains(&along_wall)).then_some(along_way)
 }
 
-fn square(rows: &[[f64; 2]; 2]) -> Matrix2<f64> {
-    let off = 0.5 * (rows[0][1] + rows[1][0]);
-    Matrix2::new(rows[0][0], off, off, rows[1][1])
+fn square(m: &[[f64; 2]; 2]) -> Matrix2<f64> {
+    let off = 0.5 * (m[0][1] + m[1][0]);
+    Matrix2::new(m[0][0], off, off, m[1][1])
+}
+
+/// The homography of a camera that nodded down.
+pub(super) fn nodded(camera: &FloorCamera, pitch: f64) -> Option<FloorHomography> {
+    let lens = camera.geometry().ok()?.matrix;
+    let (sin, cos) = pitch.sin_cos();
+    let inner = Matrix3::new(
+        lens.fx, 0.0, lens.cx, //
+        0.0, lens.fy, lens.cy, //
+        0.0, 0.0, 1.0,
+    );
+    let back = Matrix3::new(1.0, 0.0, 0.0, 0.0, cos, sin, 0.0, -sin, cos);
+    let moved = matrix(&camera.homography.pixel_to_floor()) * inner * back * inner.try_inverse()?;
+    FloorHomography::new(rows(&moved)).ok()
 }

@@ -115,6 +115,9 @@ fn rendered() {
         }
         if dump {
             shot.image.save(format!("/tmp/pose/f{k}.png")).unwrap();
+            std::fs::write(format!("/tmp/pose/f{k}.geojson"), shot.plan.to_geojson()).unwrap();
+            std::fs::write("/tmp/pose/cam.json", camera.to_json()).unwrap();
+            std::fs::write(format!("/tmp/pose/f{k}.prior"), format!("{},{},{}", prior.pose.x, prior.pose.y, prior.pose.theta)).unwrap();
             let mut s = String::new();
             for (i, l) in lines.iter().enumerate() {
                 let fe = features
