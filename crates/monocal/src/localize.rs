@@ -194,7 +194,8 @@ pub struct PoseFix {
 /// The pose from which the camera sees these features of the plan, near the prior.
 ///
 /// Observations that are not finite, and covariances that are none, are passed over. Time is bounded by
-/// [`LocateParams::most_steps`] and linear in the plan.
+/// [`LocateParams::most_steps`] and linear in the plan. A prior wider than 0.3 m is searched in parts, out to
+/// 2.5 sigmas and at most 3 m a side.
 #[must_use]
 pub fn locate(
     observations: &Observations,
@@ -209,7 +210,7 @@ pub fn locate(
     };
     let features = model.features(observations);
     let landmarks = model.landmarks(plan, &start);
-    let readings = associate::readings(&model, &features, &landmarks, &start, params);
+    let readings = associate::readings(&model, &features, &landmarks, &start.parts(), params);
     solve::fix(&model, &features, &landmarks, &start, &readings, params)
 }
 

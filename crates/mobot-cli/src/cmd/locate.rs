@@ -248,7 +248,7 @@ const GRID: Color = Color(170, 170, 190);
 const GRID_STEP: f64 = 0.5;
 const GRID_REACH: f64 = 8.0;
 
-/// Lines by kind, corners with their 95 % ellipses (ten times enlarged), a grid on the floor, and the plan
+/// Lines by kind, corners with their 95 % ellipses (three times enlarged), a grid on the floor, and the plan
 /// as it should be seen from the fix.
 fn drawn(
     frame: &Frame,
@@ -293,7 +293,7 @@ fn drawn(
             .iter()
             .any(|m| matches!(m, Match::Corner { corner, .. } if *corner == index));
         let color = if used { USED } else { SEEN };
-        panel.ellipse(corner.pixel, corner.covariance, 10.0, color);
+        panel.ellipse(corner.pixel, corner.covariance, 3.0, color);
         panel.dot(corner.pixel, color, 3.0);
     }
     let mut overlay = Overlay::new(vec![panel]);
@@ -303,7 +303,7 @@ fn drawn(
         (OTHER, "other lines"),
         (
             USED,
-            "matched: ends of edges, corners with 95 % ellipses, ten times enlarged",
+            "matched: ends of edges, corners with 95 % ellipses, three times enlarged",
         ),
         (SEEN, "corners not matched"),
         (PLAN, "walls of the plan, seen from the fix"),

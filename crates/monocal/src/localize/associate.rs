@@ -49,25 +49,33 @@ pub(super) fn readings(
     model: &Model<'_>,
     features: &[Feature],
     landmarks: &Landmarks,
-    start: &Belief,
+    parts: &[Belief],
     params: &LocateParams,
 ) -> Readings {
-    let mut search = Search {
-        model,
-        features,
-        landmarks,
-        steps: params.most_steps,
-        margin: params.margin + 2.0,
-        order: Vec::new(),
-        found: Readings {
-            likely: Vec::new(),
-            complete: true,
-        },
+    let mut all = Readings {
+        likely: Vec::new(),
+        complete: true,
     };
-    search.order = search.candidates(start);
-    let choice = vec![None; features.len()];
-    search.descend(0, start.clone(), choice, 0.0, 0.0);
-    search.found
+    for part in parts {
+        let mut search = Search {
+            model,
+            features,
+            landmarks,
+            steps: params.most_steps,
+            margin: params.margin + 2.0,
+            order: Vec::new(),
+            found: Readings {
+                likely: Vec::new(),
+                complete: true,
+            },
+        };
+        search.order = search.candidates(part);
+        let choice = vec![None; features.len()];
+        search.descend(0, part.clone(), choice, 0.0, 0.0);
+        all.complete &= search.found.complete;
+        all.likely.extend(search.found.likely);
+    }
+    all
 }
 
 /// A feature with what it may be, seen from the prior alone.

@@ -21,6 +21,42 @@ pub(super) struct Belief {
     pub(super) spread: Spread,
 }
 
+/// A prior wider than this is searched in parts, each as wide [m].
+const PART_SIGMA: f64 = 0.3;
+/// Parts of a wide prior to either side, at most.
+const MOST_PARTS: i32 = 5;
+
+impl Belief {
+    /// Narrower beliefs that together cover this one, where steps from its middle would be too long to be
+    /// linear: the middle first, then along the axis in which the position is most uncertain.
+    pub(super) fn parts(&self) -> Vec<Self> {
+        let position = self.spread.fixed_view::<2, 2>(0, 0).into_owned();
+        let eigen = nalgebra::SymmetricEigen::new(position);
+        let widest = eigen.eigenvalues.imax();
+        let sigma = eigen.eigenvalues[widest].max(0.0).sqrt();
+        if sigma <= PART_SIGMA {
+            return vec![self.clone()];
+        }
+        let axis = eigen.eigenvectors.column(widest);
+        let mut direction = Unknowns::zeros();
+        direction.fixed_rows_mut::<2>(0).copy_from(&axis);
+        let less = sigma * sigma - PART_SIGMA * PART_SIGMA;
+        let narrow = self.spread - direction * direction.transpose() * less;
+        let spread = match nalgebra::Cholesky::new(narrow) {
+            Some(_) => narrow,
+            None => self.spread,
+        };
+        let reach = ((2.5 * sigma / (2.0 * PART_SIGMA)).ceil() as i32).min(MOST_PARTS);
+        let mut shifts: Vec<i32> = (-reach..=reach).collect();
+        shifts.sort_by_key(|shift| shift.abs());
+        let parts = shifts.into_iter().map(|shift| Self {
+            mean: self.mean + direction * (2.0 * PART_SIGMA * f64::from(shift)),
+            spread,
+        });
+        parts.collect()
+    }
+}
+
 /// A feature of the frame, in undistorted pixels: two measured distances along normals.
 #[derive(Clone)]
 pub(super) struct Feature {
@@ -228,7 +264,12 @@ impl<'a> Model<'a> {
         };
         let mut plan = Matrix2::<f64>::zeros();
         let seen = [view.see(points[0])?, view.see(points[1])?];
+        let mut normals = feature.normals;
         if matches!(feature.kind, Kind::Edge(_)) {
+            // across the wall as predicted, so that sliding along it changes nothing
+            let along = seen[1].pixel - seen[0].pixel;
+            let across = Vector2::new(-along.y, along.x).try_normalize(1e-9)?;
+            normals = [across * across.dot(&normals[0]).signum(); 2];
             let lies = (seen[1].pixel - seen[0].pixel).norm();
             let length = (feature.places[1] - feature.places[0]).norm();
             let off = seen
@@ -241,7 +282,7 @@ impl<'a> Model<'a> {
             }
         }
         for (i, seen) in seen.iter().enumerate() {
-            let normal = feature.normals[i];
+            let normal = normals[i];
             out.residual[i] = normal.dot(&(seen.pixel - feature.places[i]));
             out.rows.set_row(i, &(normal.transpose() * seen.rates));
             plan.set_row(i, &(normal.transpose() * seen.by_ground));

@@ -4,7 +4,7 @@ use nalgebra::{Cholesky, Matrix2, Matrix3, SymmetricEigen, Vector3};
 use occgrid::Pose2;
 
 use super::associate::{DOUBT, Reading, Readings, clutter};
-use super::model::{Belief, Feature, Landmarks, Model, Spread, UNKNOWNS, Unknowns};
+use super::model::{Belief, Feature, Kind, Landmarks, Model, Spread, UNKNOWNS, Unknowns};
 use super::{FixStatus, LocateParams, Observed, PoseFix, PositionAxis, Prior};
 
 /// Gauss-Newton steps at most; three are the rule.
@@ -15,8 +15,6 @@ const SMALL: f64 = 1e-7;
 const SAME_PLACE: [f64; 2] = [0.01, 0.003];
 /// One sigma of a position or heading of which the frame says nothing [m, rad].
 const UNMEASURED: f64 = 1e3;
-/// Readings refined.
-const MOST_REFINED: usize = 24;
 
 /// A reading with its most probable unknowns.
 struct Solution {
@@ -57,7 +55,7 @@ pub(super) fn fix(
     };
     let mut best: Option<(&Reading, Solution)> = None;
     let mut rivals: Vec<(&Reading, Solution)> = Vec::new();
-    for reading in readings.likely.iter().take(MOST_REFINED) {
+    for reading in &readings.likely {
         // readings that differ in what does not move the robot need no second look
         if best
             .as_ref()
@@ -81,6 +79,7 @@ pub(super) fn fix(
         rivals.retain(|(_, rival)| {
             rival.score > place.score - params.margin && elsewhere(place, &rival.mean)
         });
+        rivals.retain(|(rival, _)| contradicts(&rival.choice, &reading.choice, features));
         ambiguous = !rivals.is_empty();
         for (rival, _) in &rivals {
             for (mine, other) in choice.iter_mut().zip(&rival.choice) {
@@ -121,6 +120,16 @@ fn described_prior(start: &Belief, status: FixStatus) -> PoseFix {
     let pose = Pose2::new(start.mean[0], start.mean[1], start.mean[2]);
     let covariance = std::array::from_fn(|r| std::array::from_fn(|c| start.spread[(r, c)]));
     unchanged(&Prior { pose, covariance }, status)
+}
+
+/// Whether a reading takes a feature for something else, or does without a corner: with fewer walls the same
+/// place is only known less well.
+fn contradicts(rival: &[Option<usize>], best: &[Option<usize>], features: &[Feature]) -> bool {
+    let differs = |((rival, best), feature): ((&Option<usize>, &Option<usize>), &Feature)| {
+        let dropped = rival.is_none() && matches!(feature.kind, Kind::Edge(_));
+        rival != best && !dropped
+    };
+    rival.iter().zip(best).zip(features).any(differs)
 }
 
 /// Whether two readings put the robot in different places, by more than the first is uncertain.

@@ -14,8 +14,6 @@ use rand_pcg::Pcg64;
 pub(crate) struct Shot {
     pub(crate) image: GrayImage,
     pub(crate) plan: FloorPlan,
-    pub(crate) world: World,
-    pub(crate) camera: CameraModel,
     pub(crate) map_from_base: Pose2,
 }
 
@@ -89,8 +87,6 @@ pub(crate) fn shot(rng: &mut Pcg64, seed: u64) -> Shot {
     Shot {
         image,
         plan: plan(&building, &world),
-        world,
-        camera,
         map_from_base,
     }
 }
