@@ -28,7 +28,6 @@ cv2.setNumThreads(1)
 RADIUS_CELLS = 5
 FREE_FROM = 250
 # Works on camera frames rather than the map, and the frames' rows and columns.
-FRAME_WORKS = ("canny",)
 FRAME_WORKS = ("canny", "hough", "segments")
 FRAME_SHAPE = (480, 640)
 

@@ -12,7 +12,6 @@ use image::{GrayImage, Luma};
 use linefeat::{
     Canny, CannyParams, Detector, DetectorParams, EdgeMap, Hough, HoughParams, Line, Norm, Voting,
 };
-use linefeat::{Canny, CannyParams, EdgeMap, Norm};
 use mobot_benches::{BuildingMap, FREE_FROM, frames::Frame};
 use morpho::{
     BitImage, Border, Components, Connectivity, Element, FillWorkspace, Pixel, Workspace, distance,

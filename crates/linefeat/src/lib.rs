@@ -6,6 +6,7 @@ mod canny;
 mod detector;
 mod direction;
 mod edge_map;
+mod floor;
 mod follow;
 mod gradient;
 mod hough;
@@ -25,6 +26,10 @@ pub use accumulator::Accumulator;
 pub use canny::{Canny, CannyParams, ModifiedCannyParams, Norm, canny, canny_modified};
 pub use detector::{Detector, DetectorParams};
 pub use edge_map::{EdgeMap, EdgePixel};
+pub use floor::{
+    DoorCorner, DoorEdge, FloorEdge, FloorFeatures, FloorParams, FloorView, floor_features,
+    floor_features_into,
+};
 pub use gradient::Gradient;
 pub use hough::{Hough, HoughError, HoughParams, Line, Voting, hough};
 pub use region::Region;

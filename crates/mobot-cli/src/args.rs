@@ -32,6 +32,12 @@ pub enum Command {
     Check(CheckArgs),
     /// Plan a certified route on a map.
     Plan(PlanArgs),
+    /// Derive a floor plan, walls and candidates for doors, from a map.
+    Floorplan(FloorplanArgs),
+    /// Find the edges and straight lines of a camera frame.
+    Lines(LinesArgs),
+    /// Find the robot's pose from a camera frame, a floor plan and a prior.
+    Locate(LocateArgs),
     /// Say which sonar readings made a cell what it is.
     Why(WhyArgs),
     /// Calibrate a camera over a floor from pixel-to-floor pairs.
@@ -333,20 +339,80 @@ fn size(text: &str) -> Result<[u32; 2], String> {
     sides.ok_or_else(|| format!("expected WIDTHxHEIGHT in pixels, found {text:?}"))
 }
 
-/// `X,Y` in metres, both finite.
+/// `mobot floorplan`
+#[derive(Debug, Args)]
+pub struct FloorplanArgs {
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened: its fields are documented")]
+    pub input: MapInput,
+    /// Where the plan goes: GeoJSON, walls and door corners.
+    #[arg(short, long, value_name = "PLAN.geojson")]
+    pub output: PathBuf,
+}
+
+/// `mobot lines`
+#[derive(Debug, Args)]
+pub struct LinesArgs {
+    /// Camera frame: PNG, JPEG or PNM, 8 bits.
+    #[arg(value_name = "IMAGE")]
+    pub image: PathBuf,
+    /// Draw the segments over the frame (.png or .svg).
+    #[arg(long, value_name = "P")]
+    pub overlay: Option<PathBuf>,
+    /// Write the edge picture, 0 or 255, as PNG.
+    #[arg(long, value_name = "E.png", requires = "canny")]
+    pub edges: Option<PathBuf>,
+    /// Thresholds of the Canny edges.
+    #[arg(long, value_name = "LOW,HIGH", value_parser = point)]
+    pub canny: Option<[f64; 2]>,
+    /// Take the gradient's length, not the sum of its parts.
+    #[arg(long, requires = "canny")]
+    pub l2: bool,
+}
+
+/// `mobot locate`
+#[derive(Debug, Args)]
+pub struct LocateArgs {
+    /// Camera frame: PNG, JPEG or PNM, 8 bits.
+    #[arg(value_name = "IMAGE")]
+    pub image: PathBuf,
+    /// The camera, as `mobot calibrate` writes it.
+    #[arg(long, value_name = "CAMERA.json")]
+    pub camera: PathBuf,
+    /// Floor plan: GeoJSON, drawn by hand or by `mobot floorplan`.
+    #[arg(long, value_name = "PLAN.geojson")]
+    pub plan: PathBuf,
+    /// Where the robot is thought to be, map frame [m, m, rad].
+    #[arg(long, value_name = "X,Y,THETA", allow_hyphen_values = true, value_parser = triple)]
+    pub prior: [f64; 3],
+    /// One sigma of each of these [m, m, rad].
+    #[arg(long, value_name = "X,Y,THETA", default_value = "0.15,0.15,0.06", value_parser = triple)]
+    pub prior_sigma: [f64; 3],
+    /// Draw lines by kind, corners with ellipses, a metric grid and the plan over the frame (.png or .svg).
+    #[arg(long, value_name = "P")]
+    pub overlay: Option<PathBuf>,
+}
+
+/// `X,Y`, both finite.
 fn point(text: &str) -> Result<[f64; 2], String> {
-    let parts: Vec<&str> = text.split(',').collect();
-    let [x, y] = parts[..] else {
-        return Err(format!(
-            "expected two numbers X,Y, found {} parts",
-            parts.len()
-        ));
-    };
+    numbers(text, "two numbers")
+}
+
+/// `X,Y,THETA`, all finite.
+fn triple(text: &str) -> Result<[f64; 3], String> {
+    numbers(text, "three numbers X,Y,THETA")
+}
+
+fn numbers<const N: usize>(text: &str, expected: &str) -> Result<[f64; N], String> {
     let number = |part: &str| match part.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
         _ => Err(format!("expected a finite number, found {part:?}")),
     };
-    Ok([number(x)?, number(y)?])
+    let parts: Vec<f64> = text.split(',').map(number).collect::<Result<_, _>>()?;
+    let count = parts.len();
+    parts
+        .try_into()
+        .map_err(|_| format!("expected {expected}, found {count} parts"))
 }
 
 #[cfg(test)]

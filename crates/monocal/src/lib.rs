@@ -11,9 +11,11 @@ mod camera_file_error;
 mod camera_info;
 mod chart;
 mod drift;
+mod floor_plan;
 mod geometry;
 mod homography;
 mod lens;
+mod localize;
 mod pairs_file;
 pub mod paper;
 mod point;
@@ -29,8 +31,15 @@ pub use camera_file_error::CameraFileError;
 #[cfg(feature = "files")]
 pub use camera_info::CameraInfo;
 pub use drift::{Drift, DriftParams, DriftStatus, LineEvidence, LineObservation, check_drift};
+pub use floor_plan::{DeriveParams, FloorPlan};
+#[cfg(feature = "files")]
+pub use floor_plan::{FloorPlanError, PlanLimits};
 pub use geometry::{CameraGeometry, Undetermined};
 pub use homography::{FloorHomography, HomographyError, Resolution};
 pub use lens::{CameraMatrix, Distortion, Lens, LensError};
+pub use localize::{
+    CornerObservation, EdgeObservation, FixStatus, LocateParams, Match, Observations, Observed,
+    PoseFix, PositionAxis, Prior, locate,
+};
 pub use pairs_file::{PAIRS_HEADER, PairsError, read_pairs};
 pub use point::{GroundPoint, PixelPoint};

@@ -5,7 +5,10 @@ mod calibrate;
 mod check;
 mod clean;
 mod floor;
+mod floorplan;
 mod graph;
+mod lines;
+mod locate;
 mod map;
 mod plan;
 mod sensor;
@@ -32,6 +35,9 @@ pub fn run(cli: Cli) -> anyhow::Result<Outcome> {
         Command::Graph(args) => graph::run(&args, &output),
         Command::Check(args) => check::run(&args, &output),
         Command::Plan(args) => plan::run(&args, &output),
+        Command::Floorplan(args) => floorplan::run(&args, &output),
+        Command::Lines(args) => lines::run(&args, &output),
+        Command::Locate(args) => locate::run(&args, &output),
         Command::Why(args) => why::run(&args, &output),
         Command::Calibrate(args) => calibrate::run(&args, &output),
         Command::Floor(args) => floor::run(&args, &output),
