@@ -1,0 +1,244 @@
+//! One simulated robot in one building, and its virtual time.
+
+use std::sync::{Arc, Mutex, MutexGuard};
+
+use image::GrayImage;
+use occgrid::{Point2, Pose2, Reading};
+use thiserror::Error;
+
+use super::base::{Base, BaseParams};
+use super::camera::{Look, Renderer};
+use super::lens::{CameraModel, CameraModelError};
+use super::sonar::{Sonar, SonarParams};
+use super::world::World;
+use crate::dice::Dice;
+use crate::{Bearings, Twist2};
+
+/// The parts of a simulated robot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RobotParams {
+    /// The base.
+    pub base: BaseParams,
+    /// The sonar.
+    pub sonar: SonarParams,
+    /// Pose of the sonar's axle in the base frame; its heading is the pan's bearing 0.
+    pub base_from_sonar: Pose2,
+    /// The time from one firing to the next [s], above 0.
+    pub sonar_cycle: f64,
+    /// What the pan reaches.
+    pub pan: Bearings,
+    /// Speed of the pan [rad/s], above 0.
+    pub pan_speed: f64,
+    /// Time the pan swings after a turn [s].
+    pub pan_settle: f64,
+    /// The camera.
+    pub camera: CameraModel,
+    /// Its pictures.
+    pub look: Look,
+    /// Time between frames [s], above 0.
+    pub frame_time: f64,
+    /// From exposure to the program [s].
+    pub frame_delay: f64,
+}
+
+impl Default for RobotParams {
+    /// The paper's camera, a sonar that turns all round, a small round base.
+    fn default() -> Self {
+        Self {
+            base: BaseParams::default(),
+            sonar: SonarParams::default(),
+            base_from_sonar: Pose2::new(0.0, 0.0, 0.0),
+            sonar_cycle: 0.05,
+            pan: Bearings {
+                from: -std::f64::consts::PI,
+                to: std::f64::consts::PI,
+            },
+            pan_speed: 5.0,
+            pan_settle: 0.02,
+            camera: CameraModel::paper(),
+            look: Look::default(),
+            frame_time: 1.0 / 30.0,
+            frame_delay: 0.03,
+        }
+    }
+}
+
+/// Why a simulation cannot begin.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[non_exhaustive]
+pub enum SimulationError {
+    /// The camera cannot be.
+    #[error(transparent)]
+    Camera(#[from] CameraModelError),
+    /// The robot does not fit where it is to start.
+    #[error("the robot, {needed} m in radius, has {found} m of room at its start ({x}, {y})")]
+    Start {
+        /// [m]
+        x: f64,
+        /// [m]
+        y: f64,
+        /// To the nearest outline [m], 0 inside something.
+        found: f64,
+        /// [m]
+        needed: f64,
+    },
+}
+
+/// What is true in a simulation. For scoring; a behaviour that reads it cheats.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Truth {
+    /// Since the simulation began [s].
+    pub time: f64,
+    /// The true pose.
+    pub map_from_base: Pose2,
+    /// The true velocity, were there no slip.
+    pub twist: Twist2,
+    /// How often the moving body has run into something.
+    pub collisions: u64,
+    /// Least room around the body so far [m], at most 0.5; 0 after a collision.
+    pub least_clearance: f64,
+    /// Way of the base's centre so far [m].
+    pub driven: f64,
+}
+
+/// Longest step of the base [s].
+const STEP: f64 = 0.005;
+
+#[derive(Debug)]
+pub(crate) struct State {
+    pub(crate) world: World,
+    pub(crate) params: RobotParams,
+    pub(crate) time: f64,
+    pub(crate) base: Base,
+    pub(crate) pan: f64,
+    sonar: Sonar,
+    sonar_dice: Dice,
+    renderer: Renderer,
+    seed: u64,
+}
+
+impl State {
+    /// Lets time pass.
+    pub(crate) fn advance(&mut self, seconds: f64) {
+        let end = self.time + seconds.max(0.0);
+        while self.time < end {
+            let step = (end - self.time).min(STEP);
+            let next = if end - self.time <= STEP {
+                end
+            } else {
+                self.time + step
+            };
+            self.base.step(&self.world, next, step);
+            self.time = next;
+        }
+    }
+
+    /// Fires the sonar where the pan points.
+    pub(crate) fn fire(&mut self) -> Reading {
+        let base_from_axle = self.params.base_from_sonar;
+        let base_from_sonar = Pose2 {
+            theta: base_from_axle.theta + self.pan,
+            ..base_from_axle
+        };
+        let map_from_base = crate::real::Placed::at(self.base.map_from_base);
+        let at = map_from_base.outward(base_from_sonar.position());
+        let map_from_sonar = Pose2::new(
+            at.x,
+            at.y,
+            self.base.map_from_base.theta + base_from_sonar.theta,
+        );
+        self.sonar
+            .fire(&self.world, map_from_sonar, self.time, &mut self.sonar_dice)
+    }
+
+    /// Exposes a frame now.
+    pub(crate) fn picture(&mut self, sequence: u64) -> GrayImage {
+        let seed = Dice::new(self.seed ^ sequence.rotate_left(32)).next();
+        self.renderer
+            .render(&self.world, self.base.map_from_base, self.time, seed)
+    }
+}
+
+/// A robot in a building, with a clock of its own: time passes only while a device is waited for.
+///
+/// Clones and devices share the one robot. Same world, parameters, seed and calls: the same bytes.
+#[derive(Debug, Clone)]
+pub struct Simulation {
+    state: Arc<Mutex<State>>,
+}
+
+impl Simulation {
+    /// Puts a robot at the world's start.
+    ///
+    /// # Errors
+    /// [`SimulationError`] where the camera is impossible, or the robot does not fit there.
+    pub fn new(world: World, params: RobotParams, seed: u64) -> Result<Self, SimulationError> {
+        let renderer = Renderer::new(params.camera, params.look)?;
+        let start = world.start();
+        let room = world.room_at(
+            start.position(),
+            params.base.radius + 0.01,
+            params.base.height,
+        );
+        if room < params.base.radius {
+            return Err(SimulationError::Start {
+                x: start.x,
+                y: start.y,
+                found: room,
+                needed: params.base.radius,
+            });
+        }
+        let mut dice = Dice::new(seed);
+        let base = Base::new(params.base, start, Dice::new(dice.next()));
+        Ok(Self {
+            state: Arc::new(Mutex::new(State {
+                sonar: Sonar::new(params.sonar),
+                sonar_dice: Dice::new(dice.next()),
+                seed: dice.next(),
+                world,
+                params,
+                time: 0.0,
+                base,
+                pan: 0.0,
+                renderer,
+            })),
+        })
+    }
+
+    /// What is true now.
+    #[must_use]
+    pub fn truth(&self) -> Truth {
+        let state = self.lock();
+        Truth {
+            time: state.time,
+            map_from_base: state.base.map_from_base,
+            twist: state.base.twist(),
+            collisions: state.base.collisions,
+            least_clearance: state.base.least_clearance,
+            driven: state.base.driven,
+        }
+    }
+
+    /// The outline of everything that stands on the floor, see [`World::floor_outline`].
+    #[must_use]
+    pub fn outline(&self) -> Vec<[Point2; 2]> {
+        self.lock().world.floor_outline()
+    }
+
+    /// Sets the share of its way that each wheel loses from now on, left and right.
+    pub fn set_slip(&self, slip: [f64; 2]) {
+        self.lock().base.params.slip = slip;
+    }
+
+    /// Lifts the robot and puts it down elsewhere; its wheels do not notice.
+    pub fn kidnap(&self, map_from_base: Pose2) {
+        self.lock().base.map_from_base = map_from_base;
+    }
+
+    pub(crate) fn lock(&self) -> MutexGuard<'_, State> {
+        // a panic of another holder left nothing half done that would matter to a simulation
+        self.state
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+}
