@@ -27,6 +27,9 @@ cv2.setNumThreads(1)
 # Robot of the map_to_graph row, in cells of the map: 0.25 m at 0.05 m a cell.
 RADIUS_CELLS = 5
 FREE_FROM = 250
+# Works on camera frames rather than the map, and the frames' rows and columns.
+FRAME_WORKS = ("canny",)
+FRAME_SHAPE = (480, 640)
 
 
 class Worker:
@@ -211,6 +214,20 @@ def opencv_rows(gray, bits, seed):
     ]
 
 
+def canny_rows(frame, corridor):
+    out = np.empty_like(frame)
+
+    def row(work, image, l2):
+        do = lambda: cv2.Canny(image, 50, 150, edges=out, L2gradient=l2)
+        return Row(work, "OpenCV", cv2.__version__, do, np.array_equal, "")
+
+    return [
+        row("canny", frame, False),
+        row("canny_l2", frame, True),
+        row("canny_corridor", corridor, False),
+    ]
+
+
 def skimage_rows(bits):
     binary = bits > 0
     return [
@@ -249,6 +266,7 @@ IN_WORKER = [
     ("open_3x3", "imageproc", "imageproc_open_3x3"),
     ("components", "imageproc", "imageproc_components"),
     ("distance", "imageproc", "imageproc_distance"),
+    ("canny_l2", "imageproc", "imageproc_canny"),
     ("sonar_update", "plain loop (exp, atan2)", "plain_sonar_update"),
 ]
 
@@ -358,12 +376,24 @@ def main():
             f"{'work':<17} {'peer':<29} {'ours [ms]':>10} {'peer [ms]':>11} {'ratio':>9}", flush=True
         )
         rows = []
-        for row in opencv_rows(gray, bits, seed) + skimage_rows(bits) + leptonica_rows(bits):
+        frame, corridor = (
+            worker.output(name, np.uint8, FRAME_SHAPE) for name in ("frame", "frame_corridor")
+        )
+        shape_of = lambda work: FRAME_SHAPE if work.startswith(FRAME_WORKS) else shape
+        peers = (
+            opencv_rows(gray, bits, seed)
+            + skimage_rows(bits)
+            + leptonica_rows(bits)
+            + canny_rows(frame, corridor)
+        )
+        for row in peers:
             if chosen(row.work):
-                rows.append(measure(row, worker, options.rounds, shape))
+                rows.append(measure(row, worker, options.rounds, shape_of(row.work)))
         for work, peer, name in IN_WORKER:
             if chosen(work):
-                rows.append(measure_in_worker(work, peer, name, worker, options.rounds, shape))
+                rows.append(
+                    measure_in_worker(work, peer, name, worker, options.rounds, shape_of(work))
+                )
     if options.json:
         machine = {
             "processor": platform.processor() or cpu_name(),

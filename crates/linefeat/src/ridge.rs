@@ -1,58 +1,14 @@
 //! Pixels whose gradient magnitude is greatest along the gradient, as bits: row after row through buffers
 //! that stay in the nearest cache.
 
-use std::ops::{Add, Range};
+use std::ops::Range;
 
 use image::GrayImage;
 
-use crate::pack::{self, Pack};
-
-/// Pixels a word.
-const WORD: usize = 64;
-/// Values before the first of a row, so that neighbours to the left need no special case.
-const MARGIN: usize = 32;
-/// tan 22.5 degrees in units of 2^-15
-const TAN: i32 = 13573;
-
-/// A gradient magnitude: the sum of absolute values, or the squared length.
-pub(crate) trait Magnitude: Copy + Ord + Default + Add<Output = Self> + From<bool> {
-    fn of(gx: i16, gy: i16) -> Self;
-    /// The greatest value that compares with every magnitude as `limit` does.
-    fn limit(limit: i32) -> Self;
-}
-
-impl Magnitude for i16 {
-    #[inline(always)]
-    fn of(gx: i16, gy: i16) -> Self {
-        gx.abs() + gy.abs()
-    }
-
-    fn limit(limit: i32) -> Self {
-        limit.clamp(-1, 4000) as Self
-    }
-}
-
-impl Magnitude for i32 {
-    #[inline(always)]
-    fn of(gx: i16, gy: i16) -> Self {
-        let (gx, gy) = (Self::from(gx), Self::from(gy));
-        gx * gx + gy * gy
-    }
-
-    fn limit(limit: i32) -> Self {
-        limit
-    }
-}
-
-/// The rows at work.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Rows<M> {
-    sum: Vec<i16>,
-    difference: Vec<i16>,
-    gx: [Vec<i16>; 2],
-    gy: [Vec<i16>; 2],
-    magnitude: [Vec<M>; 3],
-}
+use crate::{
+    lanes::{Lanes, Task, Width},
+    rows::{MARGIN, Rows, WIDE, WORD, wide},
+};
 
 /// Where the bits go.
 pub(crate) struct Bits<'a> {
@@ -62,285 +18,181 @@ pub(crate) struct Bits<'a> {
     pub(crate) strong: &'a mut [u64],
 }
 
-/// Bits of the rows of `rows`, all other rows being untouched.
-pub(crate) fn ridges<M: Magnitude>(
-    image: &GrayImage,
-    rows: Range<usize>,
-    limits: (i32, i32),
-    buffers: &mut Rows<M>,
-    bits: Bits<'_>,
-) {
-    let (low, high) = (M::limit(limits.0), M::limit(limits.1));
-    buffers.resize(image.width() as usize);
-    macro_rules! job {
-        ($simd:expr) => {
-            Job {
-                image,
-                rows,
-                low,
-                high,
-                buffers,
-                bits,
-                pack: $simd,
-            }
-        };
-    }
-    #[cfg(target_arch = "x86_64")]
-    {
-        if let Some(simd) = pulp::x86::V4::try_new() {
-            return simd.vectorize(job!(simd));
-        }
-        if let Some(simd) = pulp::x86::V3::try_new() {
-            return simd.vectorize(job!(simd));
-        }
-    }
-    pulp::NullaryFnOnce::call(job!(pack::Portable));
+/// The search for ridge pixels.
+pub(crate) struct Ridges<'a, T> {
+    pub(crate) image: &'a GrayImage,
+    /// The rows whose bits are wanted; the bits of others stay as they are.
+    pub(crate) rows: Range<usize>,
+    /// Low and high, from -1 to the greatest magnitude there is.
+    pub(crate) limits: (i32, i32),
+    pub(crate) buffers: &'a mut Rows<T>,
+    pub(crate) bits: Bits<'a>,
 }
 
-struct Job<'a, M, P> {
-    image: &'a GrayImage,
-    rows: Range<usize>,
-    low: M,
-    high: M,
-    buffers: &'a mut Rows<M>,
-    bits: Bits<'a>,
-    pack: P,
-}
-
-impl<M: Magnitude, P: Pack> pulp::NullaryFnOnce for Job<'_, M, P> {
+impl<T: Width> Task for Ridges<'_, T> {
+    type Value = T;
     type Output = ();
 
     #[inline(always)]
-    fn call(self) {
-        let Self {
-            image,
-            rows,
-            low,
-            high,
-            buffers,
-            bits,
-            pack,
-        } = self;
-        let (width, height) = (image.width() as usize, image.height() as usize);
+    fn run<L: Lanes<Value = T>>(self, lanes: L) {
+        let (width, height) = (self.image.width() as usize, self.image.height() as usize);
+        if width == 0 || self.rows.is_empty() {
+            return;
+        }
         let words = width.div_ceil(WORD);
-        let raw = image.as_raw();
-        let row = |v: usize| &raw[v * width..][..width];
-        // the row above the first: zero outside the picture
-        let mut done = rows.start.saturating_sub(1);
-        if rows.start == 0 {
-            buffers.magnitude[2].fill(M::default());
+        let raw = self.image.as_raw();
+        let buffers = self.buffers;
+        buffers.resize(width);
+        let first = self.rows.start.saturating_sub(1);
+        if self.rows.start == 0 {
+            // above the picture
+            buffers.magnitude[2].fill(T::default());
         }
-        let last = (rows.end + 1).min(height);
-        for v in rows.start.saturating_sub(1)..rows.end + 1 {
-            buffers.turn();
-            if v < last {
-                buffers.gradient(
-                    row(v.saturating_sub(1)),
-                    row(v),
-                    row((v + 1).min(height - 1)),
-                );
+        for v in first.saturating_sub(1)..=first {
+            buffers.read(v, &raw[v * width..][..width]);
+        }
+        for v in first..=self.rows.end {
+            if v + 1 < height {
+                buffers.read(v + 1, &raw[(v + 1) * width..][..width]);
+            }
+            if v < height {
+                buffers.gradient(lanes, v, width, height);
             } else {
-                buffers.magnitude[2].fill(M::default());
+                buffers.magnitude[v % 3].fill(T::default());
             }
-            if v > done && rows.contains(&(v - 1)) {
-                done = v - 1;
-                let at = done * words..(done + 1) * words;
-                buffers.suppress(
-                    width,
-                    low,
-                    high,
-                    pack,
-                    &mut bits.weak[at.clone()],
-                    &mut bits.strong[at],
-                );
+            if v > self.rows.start {
+                let at = (v - 1) * words..v * words;
+                let bits = Bits {
+                    weak: &mut self.bits.weak[at.clone()],
+                    strong: &mut self.bits.strong[at],
+                };
+                buffers.suppress(lanes, v - 1, self.limits, bits);
+                mask_last(&mut self.bits.weak[v * words - 1], width);
+                mask_last(&mut self.bits.strong[v * words - 1], width);
             }
         }
     }
 }
 
-impl<M: Magnitude> Rows<M> {
-    fn resize(&mut self, width: usize) {
-        let size = 2 * MARGIN + width.next_multiple_of(WORD);
-        for row in [&mut self.sum, &mut self.difference] {
-            row.resize(size, 0);
-        }
-        for row in self.gx.iter_mut().chain(&mut self.gy) {
-            row.resize(size - 2 * MARGIN, 0);
-        }
-        for row in &mut self.magnitude {
-            row.clear();
-            row.resize(size, M::default());
-        }
+/// Clears the bits past the width in a row's last word.
+fn mask_last(word: &mut u64, width: usize) {
+    if width % WORD != 0 {
+        *word &= (1 << (width % WORD)) - 1;
     }
+}
 
+impl<T: Width> Rows<T> {
+    /// The bits of row `v`; the magnitudes of the rows beside it are there.
     #[inline(always)]
-    fn turn(&mut self) {
-        self.gx.swap(0, 1);
-        self.gy.swap(0, 1);
-        self.magnitude.rotate_left(1);
-    }
-
-    /// The newest row of gradients and magnitudes from the three rows of pixels about it.
-    #[inline(always)]
-    fn gradient(&mut self, above: &[u8], here: &[u8], below: &[u8]) {
-        let width = here.len();
-        let (sum, difference) = (&mut self.sum[..], &mut self.difference[..]);
-        columns(
-            above,
-            here,
-            below,
-            &mut sum[MARGIN..],
-            &mut difference[MARGIN..],
-        );
-        for row in [&mut *sum, difference] {
-            row[MARGIN - 1] = row[MARGIN];
-            row[MARGIN + width] = row[MARGIN + width - 1];
-        }
-        let gx = &mut self.gx[1][..];
-        let gy = &mut self.gy[1][..];
-        let n = gx.len();
-        let magnitude = &mut self.magnitude[2][..];
-        {
-            let (sl, sr) = (&sum[MARGIN - 1..][..n], &sum[MARGIN + 1..][..n]);
-            let (dl, d, dr) = (
-                &difference[MARGIN - 1..][..n],
-                &difference[MARGIN..][..n],
-                &difference[MARGIN + 1..][..n],
-            );
-            let gy = &mut gy[..n];
-            let m = &mut magnitude[MARGIN..][..n];
-            for i in 0..n {
-                gx[i] = sr[i] - sl[i];
-                gy[i] = dl[i] + 2 * d[i] + dr[i];
-                m[i] = M::of(gx[i], gy[i]);
-            }
-        }
-        magnitude[MARGIN + width] = M::default();
-    }
-
-    /// The bits of the row before the newest.
-    #[inline(always)]
-    fn suppress<P: Pack>(
+    fn suppress<L: Lanes<Value = T>>(
         &self,
-        width: usize,
-        low: M,
-        high: M,
-        pack: P,
-        weak: &mut [u64],
-        strong: &mut [u64],
+        lanes: L,
+        v: usize,
+        limits: (i32, i32),
+        bits: Bits<'_>,
     ) {
-        let [above, here, below] = &self.magnitude;
-        let words = weak.len();
-        for w in 0..words {
-            let at = MARGIN + w * WORD;
-            let block = |row: &[M], at: usize| -> [M; WORD] {
-                *row[at..]
-                    .first_chunk::<WORD>()
-                    .unwrap_or(&[M::default(); WORD])
-            };
-            let m = block(here, at);
-            let mut any = false;
-            for m in m {
-                any |= m > low;
-            }
-            if !any {
-                (weak[w], strong[w]) = (0, 0);
-                continue;
-            }
-            let gx: &[i16; WORD] = self.gx[0][w * WORD..].first_chunk().expect("whole words");
-            let gy: &[i16; WORD] = self.gy[0][w * WORD..].first_chunk().expect("whole words");
-            let rows = [above, here, below].map(|row| {
-                [-1, 0, 1].map(|d: isize| {
-                    let b: &[M; WORD] = row[at.wrapping_add_signed(d)..]
-                        .first_chunk()
-                        .expect("margins");
-                    b
-                })
-            });
-            let flags = flags(gx, gy, rows, low, high);
-            weak[w] = pack.at_least(&flags, 1);
-            strong[w] = pack.at_least(&flags, 2);
-        }
-        if width % WORD != 0 && words > 0 {
-            let inside = (1 << (width % WORD)) - 1;
-            weak[words - 1] &= inside;
-            strong[words - 1] &= inside;
+        let above = &self.magnitude[(v + 2) % 3];
+        let here = &self.magnitude[v % 3];
+        let below = &self.magnitude[(v + 1) % 3];
+        let (gx, _) = self.gx[v % 2].as_chunks::<WORD>();
+        let (gy, _) = self.gy[v % 2].as_chunks::<WORD>();
+        let (low, high) = (lanes.splat(limits.0), lanes.splat(limits.1));
+        let words = bits.weak.iter_mut().zip(bits.strong);
+        for (w, ((weak, strong), (gx, gy))) in words.zip(gx.iter().zip(gy)).enumerate() {
+            let at = MARGIN - 1 + w * WORD;
+            let rows = [wide(above, at), wide(here, at), wide(below, at)];
+            (*weak, *strong) = ridge_word(lanes, rows, gx, gy, low, high);
         }
     }
 }
 
-/// 1 at ridge pixels above the low limit, 2 above the high one.
+/// Ridge pixels above the low and above the high limit.
 #[inline(always)]
-fn flags<M: Magnitude>(
-    gx: &[i16; WORD],
-    gy: &[i16; WORD],
-    [above, here, below]: [[&[M; WORD]; 3]; 3],
-    low: M,
-    high: M,
-) -> [u8; WORD] {
-    let mut flags = [0; WORD];
-    for i in 0..WORD {
-        let m = here[1][i];
-        let (x, y) = (gx[i].abs(), gy[i].abs());
-        let flat = ((i32::from(2 * x) * TAN) >> 16) as i16;
-        let horizontal = y <= flat;
-        let vertical = y > 2 * x + flat;
-        let falling = (gx[i] ^ gy[i]) < 0;
-        let (ul, um, ur) = (above[0][i], above[1][i], above[2][i]);
-        let (l, r) = (here[0][i], here[2][i]);
-        let (dl, dm, dr) = (below[0][i], below[1][i], below[2][i]);
-        let before = if falling { ur } else { ul };
-        let after = if falling { dl } else { dr };
-        let before = if vertical { um } else { before };
-        let after = if vertical { dm } else { after };
-        let before = if horizontal { l } else { before };
-        let after = if horizontal { r } else { after };
-        let strict = M::from(!(horizontal | vertical));
-        let ridge = (m > before) & (m >= after + strict) & (m > low);
-        flags[i] = u8::from(ridge) + u8::from(ridge & (m > high));
+fn ridge_word<L: Lanes>(
+    l: L,
+    [above, here, below]: [&[L::Value; WIDE]; 3],
+    gx: &[L::Value; WORD],
+    gy: &[L::Value; WORD],
+    low: L::Vector,
+    high: L::Vector,
+) -> (u64, u64) {
+    let one = l.splat(1);
+    let (mut weak, mut strong) = (0, 0);
+    let mut i = 0;
+    while i < WORD {
+        let m = l.load(&here[i + 1..]);
+        if l.bits(l.greater(m, low)) != 0 {
+            let (gx, gy) = (l.load(&gx[i..]), l.load(&gy[i..]));
+            let (x, y) = (l.abs(gx), l.abs(gy));
+            let flat = l.tangent(x);
+            // from 22.5 degrees, from 67.5 degrees, the second or fourth quadrant
+            let inclined = l.greater(y, flat);
+            let steep = l.greater(y, l.add(l.add(x, x), flat));
+            let rising = l.greater(l.splat(0), l.xor(gx, gy));
+            let before = l.select(rising, l.load(&above[i + 2..]), l.load(&above[i..]));
+            let after = l.select(rising, l.load(&below[i..]), l.load(&below[i + 2..]));
+            // along the axes the second neighbour may be as great
+            let before = l.select(steep, l.load(&above[i + 1..]), before);
+            let after = l.select(steep, l.sub(l.load(&below[i + 1..]), one), after);
+            let before = l.select(inclined, before, l.load(&here[i..]));
+            let after = l.select(inclined, after, l.sub(l.load(&here[i + 2..]), one));
+            let limit = l.max(l.max(before, after), low);
+            weak |= l.bits(l.greater(m, limit)) << i;
+            strong |= l.bits(l.greater(m, l.max(limit, high))) << i;
+        }
+        i += L::COUNT;
     }
-    flags
+    (weak, strong)
 }
 
-/// Down the columns of three rows: 1 2 1 and -1 0 1.
-#[inline(always)]
-fn columns(above: &[u8], here: &[u8], below: &[u8], sum: &mut [i16], difference: &mut [i16]) {
-    let (a, a_rest) = above.as_chunks::<WORD>();
-    let (h, h_rest) = here.as_chunks::<WORD>();
-    let (b, b_rest) = below.as_chunks::<WORD>();
-    let (s, _) = sum.as_chunks_mut::<WORD>();
-    let (d, _) = difference.as_chunks_mut::<WORD>();
-    let n = h.len();
-    for i in 0..n {
-        column_block(&a[i], &h[i], &b[i], &mut s[i], &mut d[i]);
-    }
-    if !h_rest.is_empty() {
-        let pad = |rest: &[u8]| {
-            let mut block = [0; WORD];
-            block[..rest.len()].copy_from_slice(rest);
-            block
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lanes::Registers;
+
+    /// Whatever registers the machine has must find the same bits.
+    #[test]
+    fn every_way_finds_the_same() {
+        let mut state = 1_u64;
+        let mut random = move || {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            state
         };
-        column_block(
-            &pad(a_rest),
-            &pad(h_rest),
-            &pad(b_rest),
-            &mut s[n],
-            &mut d[n],
-        );
+        for (width, height) in [(1, 1), (7, 3), (64, 5), (65, 9), (127, 20), (200, 33)] {
+            for contrast in [2, 30, 256] {
+                let image = GrayImage::from_fn(width, height, |_, _| {
+                    image::Luma([((random() >> 20) % contrast) as u8])
+                });
+                for limits in [(-1, 0), (20, 60), (300, 900)] {
+                    same::<i16>(&image, limits);
+                    same::<i32>(&image, (limits.0 * 100, limits.1 * 100));
+                }
+            }
+        }
     }
-}
 
-#[inline(always)]
-fn column_block(
-    above: &[u8; WORD],
-    here: &[u8; WORD],
-    below: &[u8; WORD],
-    sum: &mut [i16; WORD],
-    difference: &mut [i16; WORD],
-) {
-    for i in 0..WORD {
-        let (a, h, b) = (i16::from(above[i]), i16::from(here[i]), i16::from(below[i]));
-        sum[i] = a + 2 * h + b;
-        difference[i] = b - a;
+    fn same<T: Width>(image: &GrayImage, limits: (i32, i32)) {
+        let words = image.width().div_ceil(64) as usize * image.height() as usize;
+        let bits = |registers| {
+            let (mut weak, mut strong) = (vec![0; words], vec![0; words]);
+            let task = Ridges {
+                image,
+                rows: 0..image.height() as usize,
+                limits,
+                buffers: &mut Rows::default(),
+                bits: Bits {
+                    weak: &mut weak,
+                    strong: &mut strong,
+                },
+            };
+            T::run_on(registers, task);
+            (weak, strong)
+        };
+        let plain = bits(Registers::Plain);
+        for registers in Registers::all() {
+            assert_eq!(bits(registers), plain, "{registers:?}");
+        }
     }
 }

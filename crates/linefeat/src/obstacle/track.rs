@@ -179,9 +179,10 @@ impl Track {
             self.position[axis] += self.velocity[axis] * dt;
         }
         let p = &mut self.covariance;
-        for i in 0..4 {
-            for axis in 0..2 {
-                p[axis][i] += dt * p[axis + 2][i];
+        let [of_velocity_x, of_velocity_y] = [p[2], p[3]];
+        for (row, of_velocity) in p.iter_mut().zip([of_velocity_x, of_velocity_y]) {
+            for (entry, of_velocity) in row.iter_mut().zip(of_velocity) {
+                *entry += dt * of_velocity;
             }
         }
         for row in p.iter_mut() {
