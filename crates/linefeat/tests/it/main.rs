@@ -2,6 +2,7 @@
 mod accuracy;
 mod canny;
 mod hough;
+mod obstacle;
 mod pictures;
 mod render;
 mod segment;
