@@ -2,29 +2,41 @@
 //! above with what a pixel covers, the error ellipses and the residuals.
 
 use image::{Rgb, RgbImage};
-use monocal::{BirdseyeParams, Calibration, FloorCamera, GroundPoint, Pair, PixelPoint};
+use monocal::{Calibration, FloorCamera, GroundPoint, Pair, PixelPoint};
 
 use super::overlay::{Overlay, Panel};
 use super::scene::Color;
 
-/// The longer side of the camera's picture on the page, and of the floor [px].
-const LONG_SIDE_PX: u32 = 960;
-/// The floor is shown where a pixel covers at most this [m].
-const COARSEST: f64 = 0.2;
+/// The longer side of the camera's picture on the page, about [px].
+const LONG_SIDE_PX: u32 = 1100;
+/// The height of the floor's picture, at least and at most [px].
+const FLOOR_HEIGHT_PX: [f64; 2] = [480.0, 1000.0];
+/// Its greatest width over its height.
+const WIDEST_FLOOR: f64 = 1.6;
 const FITS: Color = Color(0, 120, 70);
 const PREDICTED: Color = Color(230, 120, 0);
 const GRID: Color = Color(40, 110, 220);
 const FAINT: Color = Color(150, 150, 150);
 
-/// Footprint of a pixel [m] and the colour up to it.
-const BANDS: [(f64, [u8; 3], &str); 6] = [
-    (0.0025, [240, 249, 232], "0.25 cm"),
-    (0.005, [204, 235, 197], "0.5 cm"),
-    (0.01, [168, 221, 181], "1 cm"),
-    (0.02, [123, 204, 196], "2 cm"),
-    (0.05, [112, 180, 212], "5 cm"),
-    (f64::INFINITY, [170, 170, 190], "more"),
+/// Colours of a pixel's footprint, from fine to coarse.
+const BANDS: [[u8; 3]; 6] = [
+    [240, 249, 232],
+    [204, 235, 197],
+    [168, 221, 181],
+    [123, 204, 196],
+    [112, 180, 212],
+    [170, 170, 190],
 ];
+
+/// The part of the floor that is shown: where the pairs are, and around.
+struct View {
+    near: f64,
+    far: f64,
+    left: f64,
+    right: f64,
+    /// Between grid lines [m].
+    step: f64,
+}
 
 /// Draws a calibration over a frame of the camera, or over white.
 #[must_use]
@@ -32,12 +44,12 @@ pub fn calibration(found: &Calibration, pairs: &[Pair], frame: Option<RgbImage>)
     let camera = &found.camera;
     let picture = frame.unwrap_or_else(|| blank(camera, pairs));
     let size = [picture.width(), picture.height()];
-    let mut panels = vec![camera_panel(found, pairs, picture)];
-    let (mut magnified, mut spacing) = (1.0, 0.5);
-    if let Some((panel, m, s)) = floor_panel(found, pairs, size) {
-        panels.push(panel);
-        (magnified, spacing) = (m, s);
-    }
+    let view = View::of_pairs(pairs);
+    let seen = camera_panel(found, pairs, picture, &view);
+    let height = seen.size()[1].clamp(FLOOR_HEIGHT_PX[0], FLOOR_HEIGHT_PX[1]);
+    let (above, magnified) = floor_panel(found, pairs, size, &view, height);
+    let panels = vec![seen, above];
+    let spacing = view.step;
     let mut overlay = Overlay::new(panels);
     overlay.note(
         Color::INK,
@@ -80,20 +92,18 @@ fn blank(camera: &FloorCamera, pairs: &[Pair]) -> RgbImage {
     RgbImage::from_pixel(width.min(8192), height.min(8192), Rgb([255, 255, 255]))
 }
 
-fn camera_panel(found: &Calibration, pairs: &[Pair], picture: RgbImage) -> Panel {
+fn camera_panel(found: &Calibration, pairs: &[Pair], picture: RgbImage, view: &View) -> Panel {
     let camera = &found.camera;
     let size = [picture.width(), picture.height()];
     let mut panel = Panel::new(picture, LONG_SIDE_PX);
-    if let Some(view) = BirdseyeParams::of_view(camera, size, COARSEST, 1000) {
-        draw_grid(&mut panel, camera, &view);
-    }
+    draw_grid(&mut panel, camera, view, size);
     for (pair, error) in pairs.iter().zip(&found.errors) {
         let color = if error.fits { FITS } else { Color::FAULT };
+        cross(&mut panel, pair.pixel.into(), color, size);
         if let Some(seen) = camera.pixel_of(pair.floor) {
             panel.line(&[pair.pixel.into(), seen.into()], PREDICTED, 2.0);
             panel.dot(seen.into(), PREDICTED, 2.0);
         }
-        cross(&mut panel, pair.pixel.into(), color, size);
     }
     panel
 }
@@ -105,8 +115,8 @@ fn cross(panel: &mut Panel, [u, v]: [f64; 2], color: Color, size: [u32; 2]) {
 }
 
 /// Lines of equal x and y on the floor, as the camera sees them.
-fn draw_grid(panel: &mut Panel, camera: &FloorCamera, view: &BirdseyeParams) {
-    let step = spacing(view);
+fn draw_grid(panel: &mut Panel, camera: &FloorCamera, view: &View, size: [u32; 2]) {
+    let step = view.step;
     let along = |from: f64, to: f64, point: &dyn Fn(f64) -> GroundPoint| -> Vec<Vec<[f64; 2]>> {
         // a curve under a lens: in short pieces, broken where the camera does not see
         let mut runs = vec![Vec::new()];
@@ -128,8 +138,16 @@ fn draw_grid(panel: &mut Panel, camera: &FloorCamera, view: &BirdseyeParams) {
         for run in along(view.left, view.right, &|y| GroundPoint::new(x, y)) {
             panel.line(&run, GRID, 1.0);
         }
-        if let Some(at) = camera.pixel_of(GroundPoint::new(x, 0.0)) {
-            panel.label(at.into(), GRID, format!("{x} m"));
+        // at the grid line nearest to the middle that is in the picture
+        let mut places: Vec<f64> = multiples(view.right, view.left, step)
+            .map(|k| step * k)
+            .collect();
+        places.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
+        let at = places
+            .into_iter()
+            .find_map(|y| seen(camera, GroundPoint::new(x, y), size));
+        if let Some(at) = at {
+            panel.label(at.into(), GRID, metres(x));
         }
     }
     for k in multiples(view.right, view.left, step) {
@@ -140,12 +158,35 @@ fn draw_grid(panel: &mut Panel, camera: &FloorCamera, view: &BirdseyeParams) {
     }
 }
 
-/// A round distance that divides the view into about eight.
-fn spacing(view: &BirdseyeParams) -> f64 {
-    let about = (view.far - view.near).max(view.left - view.right) / 8.0;
-    let power = 10f64.powf(about.log10().floor());
-    let steps = [1.0, 2.0, 5.0, 10.0].map(|m| m * power);
-    steps.into_iter().find(|s| *s >= about).unwrap_or(about)
+impl View {
+    fn of_pairs(pairs: &[Pair]) -> Self {
+        let bounds = |of: fn(&Pair) -> f64| {
+            let values = || pairs.iter().map(of);
+            let (low, high) = (
+                values().fold(f64::INFINITY, f64::min),
+                values().fold(f64::NEG_INFINITY, f64::max),
+            );
+            let margin = 0.15 * (high - low);
+            (low - margin, high + margin)
+        };
+        let ((near, far), (right, left)) = (bounds(|p| p.floor.x), bounds(|p| p.floor.y));
+        let about = (far - near).max(left - right) / 11.0;
+        let power = 10f64.powf(about.log10().floor());
+        let steps = [1.0, 2.0, 5.0, 10.0].map(|m| m * power);
+        let step = steps.into_iter().find(|s| *s >= about).unwrap_or(about);
+        Self {
+            near,
+            far,
+            left,
+            right,
+            step,
+        }
+    }
+}
+
+/// A length without the digits that rounding adds.
+fn metres(length: f64) -> String {
+    format!("{} m", (length * 1000.0).round() / 1000.0)
 }
 
 fn multiples(from: f64, to: f64, step: f64) -> impl Iterator<Item = f64> {
@@ -154,58 +195,56 @@ fn multiples(from: f64, to: f64, step: f64) -> impl Iterator<Item = f64> {
     (first..=last).map(|k| k as f64)
 }
 
-/// The floor from above, with how much its ellipses are enlarged and how far its grid lines are apart [m].
-fn floor_panel(found: &Calibration, pairs: &[Pair], size: [u32; 2]) -> Option<(Panel, f64, f64)> {
+/// The floor from above, of about this height [px], and how much its ellipses are enlarged.
+fn floor_panel(
+    found: &Calibration,
+    pairs: &[Pair],
+    size: [u32; 2],
+    view: &View,
+    height: f64,
+) -> (Panel, f64) {
     let camera = &found.camera;
-    let mut view = BirdseyeParams::of_view(camera, size, COARSEST, LONG_SIDE_PX)?;
-    include(&mut view, pairs);
-    let step = spacing(&view);
-    let side = (view.far - view.near).max(view.left - view.right) / f64::from(LONG_SIDE_PX);
+    let side =
+        ((view.far - view.near) / height).max((view.left - view.right) / (WIDEST_FLOOR * height));
     let floor =
         |column: f64, row: f64| GroundPoint::new(view.far - side * row, view.left - side * column);
     let place = |p: GroundPoint| [(view.left - p.y) / side, (view.far - p.x) / side];
-    let pixels = |length: f64| ((length / side).ceil() as u32).clamp(1, LONG_SIDE_PX);
+    let pixels = |length: f64| ((length / side).ceil() as u32).clamp(1, 4096);
+    let bands = bands(camera, pairs);
     let shaded = RgbImage::from_fn(
         pixels(view.left - view.right),
         pixels(view.far - view.near),
-        |c, r| Rgb(shade(camera, floor(f64::from(c), f64::from(r)), size)),
+        |c, r| {
+            Rgb(shade(
+                camera,
+                floor(f64::from(c), f64::from(r)),
+                size,
+                &bands,
+            ))
+        },
     );
-    let mut panel = Panel::new(shaded, LONG_SIDE_PX);
-    for k in multiples(view.near, view.far, step) {
-        let x = step * k;
+    let mut panel = Panel::new(shaded, 1);
+    for k in multiples(view.near, view.far, view.step) {
+        let x = view.step * k;
         let ends = [
             GroundPoint::new(x, view.left),
             GroundPoint::new(x, view.right),
         ]
         .map(place);
         panel.line(&ends, FAINT, 1.0);
-        panel.label(
-            place(GroundPoint::new(x, view.left)),
-            Color::INK,
-            format!("{x} m"),
-        );
+        panel.label(ends[0], Color::INK, metres(x));
     }
-    for k in multiples(view.right, view.left, step) {
-        let y = step * k;
-        panel.line(
-            &[
-                GroundPoint::new(view.near, y),
-                GroundPoint::new(view.far, y),
-            ]
-            .map(place),
-            FAINT,
-            1.0,
-        );
-        panel.label(
-            place(GroundPoint::new(
-                view.near + 0.03 * (view.far - view.near),
-                y,
-            )),
-            Color::INK,
-            format!("{y} m"),
-        );
+    for k in multiples(view.right, view.left, view.step) {
+        let y = view.step * k;
+        let ends = [
+            GroundPoint::new(view.near, y),
+            GroundPoint::new(view.far, y),
+        ]
+        .map(place);
+        panel.line(&ends, FAINT, 1.0);
+        panel.label([ends[0][0], ends[0][1] - 10.0], Color::INK, metres(y));
     }
-    let magnified = draw_ellipses(&mut panel, camera, &view, step, size, place);
+    let magnified = draw_ellipses(&mut panel, camera, view, size, place);
     for (pair, error) in pairs.iter().zip(&found.errors) {
         let color = if error.fits { FITS } else { Color::FAULT };
         panel.dot(place(pair.floor), color, 3.0);
@@ -217,28 +256,25 @@ fn floor_panel(found: &Calibration, pairs: &[Pair], size: [u32; 2]) -> Option<(P
             panel.line(&[place(pair.floor), place(off)], color, 2.0);
         }
     }
-    legend(&mut panel);
-    Some((panel, magnified, step))
+    legend(&mut panel, &bands);
+    (panel, magnified)
 }
 
-/// Widens a view to show the floor points of all pairs, if they are near enough to be of use.
-fn include(view: &mut BirdseyeParams, pairs: &[Pair]) {
-    let extent = (view.far - view.near).max(view.left - view.right);
-    let margin = 0.03 * extent;
-    let bounds = [
-        view.near - extent,
-        view.far + extent,
-        view.right - extent,
-        view.left + extent,
-    ];
-    for GroundPoint { x, y } in pairs.iter().map(|p| p.floor) {
-        if x > bounds[0] && x < bounds[1] && y > bounds[2] && y < bounds[3] {
-            view.near = view.near.min(x - margin);
-            view.far = view.far.max(x + margin);
-            view.right = view.right.min(y - margin);
-            view.left = view.left.max(y + margin);
+/// Upper ends of the bands of a pixel's footprint [m], the last one open: the finest is that of the nearest
+/// pair or below it.
+fn bands(camera: &FloorCamera, pairs: &[Pair]) -> [f64; BANDS.len()] {
+    let footprints = pairs.iter().filter_map(|p| camera.footprint(p.pixel));
+    let finest = footprints.fold(f64::INFINITY, f64::min).clamp(1e-6, 1e3);
+    let power = 10f64.powf(finest.log10().floor());
+    let ladder = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0].map(|m| m * power);
+    let first = ladder.iter().position(|l| *l >= finest).unwrap_or(0).min(3);
+    std::array::from_fn(|k| {
+        if k + 1 < BANDS.len() {
+            ladder[first + k]
+        } else {
+            f64::INFINITY
         }
-    }
+    })
 }
 
 /// The pixel that sees a floor point, where it is within the picture.
@@ -251,22 +287,21 @@ fn seen(camera: &FloorCamera, point: GroundPoint, [width, height]: [u32; 2]) -> 
     inside.then_some(pixel)
 }
 
-fn shade(camera: &FloorCamera, point: GroundPoint, size: [u32; 2]) -> [u8; 3] {
+fn shade(camera: &FloorCamera, point: GroundPoint, size: [u32; 2], bands: &[f64]) -> [u8; 3] {
     let footprint = seen(camera, point, size).and_then(|pixel| camera.footprint(pixel));
-    footprint
-        .and_then(|footprint| BANDS.iter().find(|band| footprint <= band.0))
-        .map_or([255, 255, 255], |band| band.1)
+    let band = footprint.and_then(|footprint| bands.iter().position(|end| footprint <= *end));
+    band.map_or([255, 255, 255], |band| BANDS[band])
 }
 
 /// Ellipses where grid lines cross, enlarged by a round factor so that they are seen and do not overlap.
 fn draw_ellipses(
     panel: &mut Panel,
     camera: &FloorCamera,
-    view: &BirdseyeParams,
-    step: f64,
+    view: &View,
     size: [u32; 2],
     place: impl Fn(GroundPoint) -> [f64; 2],
 ) -> f64 {
+    let step = view.step;
     let variance = camera.pixel_sigma_px.powi(2);
     let mut estimates = Vec::new();
     for k in multiples(view.near, view.far, step) {
@@ -306,12 +341,25 @@ fn draw_ellipses(
     magnified
 }
 
-fn legend(panel: &mut Panel) {
-    for (k, (_, color, words)) in (0..).zip(BANDS) {
-        let (u, v) = (14.0, 14.0 + 20.0 * f64::from(k));
-        let [r, g, b] = color;
-        panel.line(&[[u, v], [u + 14.0, v]], Color(80, 80, 80), 15.0);
-        panel.line(&[[u, v], [u + 14.0, v]], Color(r, g, b), 13.0);
-        panel.label([u + 22.0, v], Color::INK, words);
+fn legend(panel: &mut Panel, bands: &[f64]) {
+    let left = panel.size()[0] - 84.0;
+    let size = |end: f64| {
+        let centimetres = (100_000.0 * end).round() / 1000.0;
+        if end >= 1.0 {
+            format!("{end} m")
+        } else {
+            format!("{centimetres} cm")
+        }
+    };
+    for (k, (&end, [r, g, b])) in bands.iter().zip(BANDS).enumerate() {
+        let v = 14.0 + 20.0 * k as f64;
+        panel.line(&[[left, v], [left + 14.0, v]], Color(80, 80, 80), 15.0);
+        panel.line(&[[left, v], [left + 14.0, v]], Color(r, g, b), 13.0);
+        let words = if end.is_finite() {
+            size(end)
+        } else {
+            format!("> {}", size(bands[k - 1]))
+        };
+        panel.label([left + 22.0, v], Color::INK, words);
     }
 }
