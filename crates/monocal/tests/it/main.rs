@@ -14,5 +14,6 @@ mod homography;
 mod lens;
 mod outliers;
 mod pinhole;
+mod pixel_size;
 #[cfg(feature = "files")]
 mod real_pairs;
