@@ -17,6 +17,7 @@ mod lens;
 mod localize;
 mod outliers;
 mod pinhole;
+mod pixel_size;
 #[cfg(feature = "files")]
 mod real_pairs;
 mod rendered;
