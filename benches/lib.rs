@@ -1,4 +1,6 @@
-//! Inputs of the benchmarks: real building maps at three sizes.
+//! Inputs of the benchmarks: real building maps at three sizes, camera frames.
+
+pub mod frames;
 
 use std::path::{Path, PathBuf};
 

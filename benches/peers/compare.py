@@ -27,6 +27,9 @@ cv2.setNumThreads(1)
 # Robot of the map_to_graph row, in cells of the map: 0.25 m at 0.05 m a cell.
 RADIUS_CELLS = 5
 FREE_FROM = 250
+# Works on camera frames rather than the map, and the frames' rows and columns.
+FRAME_WORKS = ("canny", "hough", "segments")
+FRAME_SHAPE = (480, 640)
 
 
 class Worker:
@@ -211,6 +214,73 @@ def opencv_rows(gray, bits, seed):
     ]
 
 
+def canny_rows(frame, corridor):
+    out = np.empty_like(frame)
+
+    def row(work, image, l2):
+        do = lambda: cv2.Canny(image, 50, 150, edges=out, L2gradient=l2)
+        return Row(work, "OpenCV", cv2.__version__, do, np.array_equal, "")
+
+    return [
+        row("canny", frame, False),
+        row("canny_l2", frame, True),
+        row("canny_corridor", corridor, False),
+    ]
+
+
+def normal_forms(segments):
+    """rho at the picture's middle and theta of rows (u1, v1, u2, v2)."""
+    u1, v1, u2, v2 = np.asarray(segments, float).reshape(-1, 4).T
+    theta = np.arctan2(u2 - u1, v1 - v2) % np.pi
+    return np.stack([(u1 - 320) * np.cos(theta) + (v1 - 240) * np.sin(theta), theta], 1)
+
+
+def hough_rows(frame, corridor):
+    edges = cv2.Canny(frame, 50, 150)
+    fast = cv2.ximgproc.createFastLineDetector()
+    drawing = cv2.ximgproc.createEdgeDrawing()
+    lsd = cv2.createLineSegmentDetector()
+
+    def edge_drawing(image):
+        drawing.detectEdges(image)
+        return drawing.detectLines()
+
+    def strongest(ours, theirs):
+        """The five strongest lines of OpenCV are among ours, to a bin or two."""
+        theirs = theirs.reshape(-1, 2)[:5]
+        near = lambda l: (abs(ours[:, 0] - l[0]) < 4.5) & (abs(ours[:, 1] - l[1]) < 0.06)
+        return all(near(line).any() for line in theirs)
+
+    def longest(ours, theirs):
+        """Most of the peer's ten longest segments lie on lines of ours."""
+        theirs = theirs.reshape(-1, 4)
+        order = np.argsort(-np.hypot(*(theirs[:, :2] - theirs[:, 2:]).T))
+        ours = normal_forms(ours)
+        near = lambda l: (abs(ours[:, 0] - l[0]) < 4) & (abs(ours[:, 1] - l[1]) < 0.05)
+        return sum(near(line).any() for line in normal_forms(theirs[order[:10]])) >= 7
+
+    angle = np.pi / 180
+    cv = lambda work, peer, do, agrees: Row(work, peer, cv2.__version__, do, agrees, "")
+    lines = lambda: cv2.HoughLines(edges, 1, angle, 100)
+    rows = [
+        cv("hough_standard", "OpenCV HoughLines", lines, strongest),
+        cv("hough_modified", "OpenCV HoughLines", lines, lambda ours, _: len(ours) > 5),
+        cv(
+            "hough_modified",
+            "OpenCV HoughLinesP",
+            lambda: cv2.HoughLinesP(edges, 1, angle, 50, minLineLength=30, maxLineGap=5),
+            lambda ours, _: len(ours) > 5,
+        ),
+    ]
+    for work, image in [("segments", frame), ("segments_corridor", corridor)]:
+        rows += [
+            cv(work, "OpenCV EdgeDrawing", lambda image=image: edge_drawing(image), longest),
+            cv(work, "OpenCV FastLineDetector", lambda image=image: fast.detect(image), longest),
+            cv(work, "OpenCV LSD", lambda image=image: lsd.detect(image)[0], longest),
+        ]
+    return rows
+
+
 def skimage_rows(bits):
     binary = bits > 0
     return [
@@ -249,6 +319,8 @@ IN_WORKER = [
     ("open_3x3", "imageproc", "imageproc_open_3x3"),
     ("components", "imageproc", "imageproc_components"),
     ("distance", "imageproc", "imageproc_distance"),
+    ("canny_l2", "imageproc", "imageproc_canny"),
+    ("hough_standard", "imageproc", "imageproc_hough"),
     ("sonar_update", "plain loop (exp, atan2)", "plain_sonar_update"),
 ]
 
@@ -268,6 +340,10 @@ def agreement(row, worker, theirs, shape):
         )
         return close(int(parts), their_parts) and close(int(cycles), their_cycles)
     dtype = np.uint32 if row.work in ("components", "components_image", "distance") else np.uint8
+    if row.work.startswith("hough"):
+        dtype, shape = np.float64, (-1, 3)
+    elif row.work.startswith("segments"):
+        dtype, shape = np.float64, (-1, 4)
     ours = worker.output(row.work, dtype, shape)
     return bool(row.agrees(ours, theirs))
 
@@ -358,12 +434,25 @@ def main():
             f"{'work':<17} {'peer':<29} {'ours [ms]':>10} {'peer [ms]':>11} {'ratio':>9}", flush=True
         )
         rows = []
-        for row in opencv_rows(gray, bits, seed) + skimage_rows(bits) + leptonica_rows(bits):
+        frame, corridor = (
+            worker.output(name, np.uint8, FRAME_SHAPE) for name in ("frame", "frame_corridor")
+        )
+        shape_of = lambda work: FRAME_SHAPE if work.startswith(FRAME_WORKS) else shape
+        peers = (
+            opencv_rows(gray, bits, seed)
+            + skimage_rows(bits)
+            + leptonica_rows(bits)
+            + canny_rows(frame, corridor)
+            + hough_rows(frame, corridor)
+        )
+        for row in peers:
             if chosen(row.work):
-                rows.append(measure(row, worker, options.rounds, shape))
+                rows.append(measure(row, worker, options.rounds, shape_of(row.work)))
         for work, peer, name in IN_WORKER:
             if chosen(work):
-                rows.append(measure_in_worker(work, peer, name, worker, options.rounds, shape))
+                rows.append(
+                    measure_in_worker(work, peer, name, worker, options.rounds, shape_of(work))
+                )
     if options.json:
         machine = {
             "processor": platform.processor() or cpu_name(),

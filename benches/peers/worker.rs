@@ -9,7 +9,10 @@ use std::io::{BufRead as _, Write as _};
 use std::time::Instant;
 
 use image::{GrayImage, Luma};
-use mobot_benches::{BuildingMap, FREE_FROM};
+use linefeat::{
+    Canny, CannyParams, Detector, DetectorParams, EdgeMap, Hough, HoughParams, Line, Norm, Voting,
+};
+use mobot_benches::{BuildingMap, FREE_FROM, frames::Frame};
 use morpho::{
     BitImage, Border, Components, Connectivity, Element, FillWorkspace, Pixel, Workspace, distance,
     thin,
@@ -17,6 +20,12 @@ use morpho::{
 use occgrid::{MapFrame, OccupancyGrid, Pose2, Reading, Shot, SonarModel, reference};
 use voronoi_plan::{FreeSpace, GraphParams, VoronoiGraph};
 
+/// Thresholds of the `canny` rows.
+const CANNY: CannyParams = CannyParams {
+    low: 50.0,
+    high: 150.0,
+    norm: Norm::L1,
+};
 /// Radius of the robot of the `map_to_graph` row [m].
 const RADIUS: f64 = 0.25;
 
@@ -74,6 +83,15 @@ struct Bench {
     model: SonarModel,
     shots: Vec<Shot>,
     graph: Option<VoronoiGraph>,
+    robot: Frame,
+    robot_edges: EdgeMap,
+    corridor: Frame,
+    canny: Canny,
+    edges: EdgeMap,
+    edge_picture: GrayImage,
+    detector: Detector,
+    hough: Hough,
+    lines: Vec<Line>,
 }
 
 impl Bench {
@@ -111,6 +129,15 @@ impl Bench {
             },
             shots: shots(&map),
             graph: None,
+            robot: Frame::robot(),
+            robot_edges: linefeat::canny(&Frame::robot().image, &CANNY),
+            corridor: Frame::corridor(),
+            canny: Canny::new(),
+            edges: EdgeMap::new(),
+            edge_picture: GrayImage::default(),
+            detector: Detector::new(DetectorParams::default()),
+            hough: Hough::new(),
+            lines: Vec::new(),
             map,
             frame,
             bits,
@@ -148,6 +175,47 @@ impl Bench {
             "thin_zs" => self.out = thin::zhang_suen(bits),
             "thin_homotopic" => self.out = thin::homotopic(bits),
             "map_to_graph" => self.graph = Some(self.build_graph()),
+            "canny" | "canny_l2" | "canny_corridor" => {
+                let frame = if work == "canny_corridor" {
+                    &self.corridor
+                } else {
+                    &self.robot
+                };
+                let norm = if work == "canny_l2" {
+                    Norm::L2
+                } else {
+                    Norm::L1
+                };
+                let params = CannyParams { norm, ..CANNY };
+                self.canny.detect(&frame.image, &params, &mut self.edges);
+                self.edges.write_gray(&mut self.edge_picture);
+            }
+            "hough_standard" | "hough_modified" => {
+                let mut params = HoughParams::default();
+                if work == "hough_standard" {
+                    (params.voting, params.votes) = (Voting::AllDirections, 100);
+                }
+                self.hough
+                    .detect(&self.robot_edges, &params, &mut self.lines)
+                    .expect("bins");
+            }
+            "segments" => {
+                self.detector.detect(&self.robot.image);
+            }
+            "segments_corridor" => {
+                self.detector.detect(&self.corridor.image);
+            }
+            "imageproc_hough" => {
+                let options = imageproc::hough::LineDetectionOptions {
+                    vote_threshold: 100,
+                    suppression_radius: 4,
+                };
+                black_box(imageproc::hough::detect_lines(&self.edge_picture, options));
+            }
+            "imageproc_canny" => {
+                let (low, high) = (CANNY.low as f32, CANNY.high as f32);
+                self.gray_out = imageproc::edges::canny(&self.robot.image, low, high);
+            }
             "sonar_update" => {
                 self.grid
                     .integrate(&self.model, &self.shots)
@@ -195,8 +263,11 @@ impl Bench {
     }
 
     fn output(&mut self, work: &str) -> Vec<u8> {
-        if work == "map" {
-            return self.map.gray.clone();
+        match work {
+            "map" => return self.map.gray.clone(),
+            "frame" => return self.robot.image.as_raw().clone(),
+            "frame_corridor" => return self.corridor.image.as_raw().clone(),
+            _ => {}
         }
         self.run(work);
         let little = |values: &[u32]| values.iter().flat_map(|v| v.to_le_bytes()).collect();
@@ -204,6 +275,17 @@ impl Bench {
             "components" => little(&self.components.to_labels()),
             "components_image" => little(&self.labels),
             "distance" => little(&self.distances),
+            "hough_standard" | "hough_modified" => {
+                let numbers = |l: &Line| [l.rho, l.theta, f64::from(l.votes)];
+                let numbers = self.lines.iter().flat_map(numbers);
+                numbers.flat_map(f64::to_le_bytes).collect()
+            }
+            _ if work.starts_with("segments") => {
+                let found = self.detector.segments().iter();
+                let numbers = found.flat_map(|s| [s.start, s.end].concat());
+                numbers.flat_map(f64::to_le_bytes).collect()
+            }
+            _ if work.starts_with("canny") => self.edge_picture.as_raw().clone(),
             _ => morpho::to_gray(&self.out),
         }
     }
@@ -237,6 +319,39 @@ impl Bench {
                     .iter()
                     .zip(theirs.iter())
                     .all(|(&ours, &theirs)| ours == (theirs * theirs).round() as u32)
+            }
+            // it smooths first, so that fewer edges are left: those must be near ours
+            "imageproc_canny" => {
+                self.run(peer);
+                let theirs = self
+                    .gray_out
+                    .enumerate_pixels()
+                    .filter(|(.., p)| p.0 == [255]);
+                let (mut near, mut all) = (0, 0);
+                for (u, v, _) in theirs {
+                    let mut places = (0..25).map(|k| (u + k % 5, v + k / 5));
+                    near += usize::from(
+                        places.any(|(u, v)| u >= 2 && v >= 2 && self.edges.contains(u - 2, v - 2)),
+                    );
+                    all += 1;
+                }
+                all > 1000 && near * 10 > all * 9
+            }
+            // it knows whole degrees and pixels: its strongest line must be one of ours
+            "imageproc_hough" => {
+                self.run("canny");
+                let options = imageproc::hough::LineDetectionOptions {
+                    vote_threshold: 100,
+                    suppression_radius: 4,
+                };
+                let theirs = imageproc::hough::detect_lines(&self.edge_picture, options);
+                let near = |line: &Line| {
+                    theirs.iter().any(|other| {
+                        let turn = line.theta - f64::from(other.angle_in_degrees).to_radians();
+                        turn.abs() < 0.03 && (line.rho - f64::from(other.r)).abs() < 2.0
+                    })
+                };
+                self.lines.iter().take(5).filter(|line| near(line)).count() >= 4
             }
             "plain_sonar_update" => {
                 let (width, height) = (self.map.width, self.map.height);

@@ -2,6 +2,8 @@
 
 use image::GrayImage;
 
+use crate::bits::Bits;
+
 /// An edge pixel and the gradient there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct EdgePixel {
@@ -66,45 +68,141 @@ impl EdgeMap {
         u < self.width && v < self.height && self.row(v)[u as usize / 64] >> (u % 64) & 1 == 1
     }
 
-    /// The list from the bits and the picture.
-    pub(crate) fn collect(&mut self, image: &GrayImage) {
-        self.pixels.clear();
-        let width = self.width as usize;
-        let stride = width.div_ceil(64);
-        let raw = image.as_raw();
-        let height = self.height as usize;
-        for v in 0..height {
-            let row = |v: usize| &raw[v * width..][..width];
-            let rows = [
-                row(v.saturating_sub(1)),
-                row(v),
-                row((v + 1).min(height - 1)),
-            ];
-            for (w, &word) in self.words[v * stride..][..stride].iter().enumerate() {
-                let mut rest = word;
-                while rest != 0 {
-                    let u = w * 64 + rest.trailing_zeros() as usize;
-                    rest &= rest - 1;
-                    let (l, r) = (u.saturating_sub(1), (u + 1).min(width - 1));
-                    let [a, h, b] = rows.map(|row| [l, u, r].map(|u| i16::from(row[u])));
-                    let gx = (a[2] + 2 * h[2] + b[2]) - (a[0] + 2 * h[0] + b[0]);
-                    let gy = (b[0] + 2 * b[1] + b[2]) - (a[0] + 2 * a[1] + a[2]);
-                    self.pixels.push(EdgePixel {
-                        u: u as u32,
-                        v: v as u32,
-                        gx,
-                        gy,
-                    });
-                }
-            }
+    /// The edges of `image` that `bits` has.
+    pub(crate) fn collect(&mut self, bits: &Bits, image: &GrayImage) {
+        (self.width, self.height) = image.dimensions();
+        self.words.clear();
+        for v in 0..bits.height() {
+            self.words.extend_from_slice(bits.row(v));
         }
+        pulp::Arch::new().dispatch(Collect { map: self, image });
     }
 
     /// 255 at edge pixels, 0 elsewhere.
     #[must_use]
     pub fn to_gray(&self) -> GrayImage {
-        GrayImage::from_fn(self.width, self.height, |u, v| {
-            image::Luma([if self.contains(u, v) { 255 } else { 0 }])
-        })
+        let mut out = GrayImage::new(self.width, self.height);
+        self.write_gray(&mut out);
+        out
     }
+
+    /// As [`EdgeMap::to_gray`], into a picture that is used again if it has the size.
+    pub fn write_gray(&self, out: &mut GrayImage) {
+        if out.dimensions() != (self.width, self.height) {
+            *out = GrayImage::new(self.width, self.height);
+        }
+        if self.width > 0 {
+            pulp::Arch::new().dispatch(Paint { map: self, out });
+        }
+    }
+}
+
+struct Paint<'a> {
+    map: &'a EdgeMap,
+    out: &'a mut GrayImage,
+}
+
+impl pulp::NullaryFnOnce for Paint<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let width = self.map.width as usize;
+        let words = self.map.words.chunks_exact(width.div_ceil(64));
+        for (words, pixels) in words.zip(self.out.chunks_exact_mut(width)) {
+            let (blocks, rest) = pixels.as_chunks_mut::<64>();
+            for (block, word) in blocks.iter_mut().zip(words) {
+                *block = spread(*word);
+            }
+            if let Some(last) = words.last() {
+                rest.copy_from_slice(&spread(*last)[..rest.len()]);
+            }
+        }
+    }
+}
+
+/// A byte a bit: 255 or 0.
+#[inline(always)]
+fn spread(word: u64) -> [u8; 64] {
+    const ONES: u64 = 0x0101_0101_0101_0101;
+    const DIAGONAL: u64 = 0x8040_2010_0804_0201;
+    const SEVENS: u64 = 0x7F7F_7F7F_7F7F_7F7F;
+    let mut out = [0; 64];
+    for (out, bits) in out
+        .as_chunks_mut::<8>()
+        .0
+        .iter_mut()
+        .zip(word.to_le_bytes())
+    {
+        // bit k stays in byte k only, then moves to the byte's top
+        let one_each = (u64::from(bits) * ONES) & DIAGONAL;
+        let tops = (one_each + SEVENS) & !SEVENS;
+        *out = ((tops >> 7) * 255).to_le_bytes();
+    }
+    out
+}
+
+struct Collect<'a> {
+    map: &'a mut EdgeMap,
+    image: &'a GrayImage,
+}
+
+impl pulp::NullaryFnOnce for Collect<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { map, image } = self;
+        let count: u32 = map.words.iter().map(|word| word.count_ones()).sum();
+        map.pixels.resize(count as usize, EdgePixel::default());
+        let (width, height) = (map.width as usize, map.height as usize);
+        let stride = width.div_ceil(64);
+        let raw = image.as_raw();
+        let mut out = map.pixels.iter_mut();
+        for v in 0..height {
+            let row = |v: usize| &raw[v * width..][..width];
+            let (above, here, below) = (
+                row(v.saturating_sub(1)),
+                row(v),
+                row((v + 1).min(height - 1)),
+            );
+            for (w, &word) in map.words[v * stride..][..stride].iter().enumerate() {
+                let mut rest = word;
+                while rest != 0 {
+                    let u = w * 64 + rest.trailing_zeros() as usize;
+                    rest &= rest - 1;
+                    let (gx, gy) = if u > 0 && u + 1 < width {
+                        sobel(
+                            &above[u - 1..u + 2],
+                            &here[u - 1..u + 2],
+                            &below[u - 1..u + 2],
+                        )
+                    } else {
+                        let (l, r) = (u.saturating_sub(1), (u + 1).min(width - 1));
+                        let three = |row: &[u8]| [row[l], row[u], row[r]];
+                        sobel(&three(above), &three(here), &three(below))
+                    };
+                    if let Some(out) = out.next() {
+                        *out = EdgePixel {
+                            u: u as u32,
+                            v: v as u32,
+                            gx,
+                            gy,
+                        };
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Sobel's masks on three rows of three.
+#[inline(always)]
+fn sobel(above: &[u8], here: &[u8], below: &[u8]) -> (i16, i16) {
+    let at = |row: &[u8], i: usize| i16::from(row[i]);
+    let falling = at(below, 2) - at(above, 0);
+    let rising = at(above, 2) - at(below, 0);
+    let gx = falling + rising + 2 * (at(here, 2) - at(here, 0));
+    let gy = falling - rising + 2 * (at(below, 1) - at(above, 1));
+    (gx, gy)
 }

@@ -12,19 +12,9 @@ mod plane;
 
 use image::GrayImage;
 
-use crate::Segment;
+use crate::{FloorView, Segment};
 use appearance::Surroundings;
 use plane::Plane;
-
-/// How a camera sees the floor, in the pixels of the picture.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FloorView {
-    /// Homogeneous floor point (base axes, metres) of a homogeneous pixel, row-major, with a positive third
-    /// component below the horizon.
-    pub pixel_to_floor: [[f64; 3]; 3],
-    /// Vanishing point of the vertical, homogeneous, of either sign: verticals point to it.
-    pub nadir: [f64; 3],
-}
 
 /// Parameters of [`floor_features`].
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -189,8 +189,8 @@ impl Walk<'_> {
     /// Goes on from the first pixel in one direction; the last step with a pixel.
     fn walk(&mut self, step: i32) -> i32 {
         let ((mut last, mut last_m), mut t) = ((0, 0), 0);
-        let (mut offset, mut slope) = self.sums.line();
-        let mut next_fit = self.sums.count;
+        let (mut offset, mut slope) = (0.0, 0.0);
+        let mut next_fit = 0;
         let mut mean = self.code;
         loop {
             t += step;
@@ -206,7 +206,7 @@ impl Walk<'_> {
                     mean = self
                         .code
                         .wrapping_add((self.sums.turn / self.sums.count) as u8);
-                    next_fit = self.sums.count + self.sums.count / 8;
+                    next_fit = self.sums.count + self.sums.count / 4;
                 }
                 // truncation of what is positive rounds
                 middle = (offset + slope * f64::from(t) + 65_536.5) as i32 - 65_536;

@@ -2,7 +2,10 @@
 
 use image::GrayImage;
 
-use crate::reference;
+use crate::{
+    lanes::{Lanes, Task, Width as _},
+    rows::Rows,
+};
 
 /// Sobel 3 x 3 gradients of a picture, the border pixels repeating outside it.
 ///
@@ -25,17 +28,17 @@ impl Gradient {
         gradient
     }
 
-    /// Becomes the gradients of `image`; the buffers are used again.
+    /// Becomes the gradients of `image`; the result's buffers are used again.
     pub fn update(&mut self, image: &GrayImage) {
         (self.width, self.height) = image.dimensions();
-        self.gx.clear();
-        self.gy.clear();
-        for v in 0..self.height {
-            for u in 0..self.width {
-                let (gx, gy) = reference::gradient::sobel(image, u, v);
-                self.gx.push(gx);
-                self.gy.push(gy);
-            }
+        let area = image.as_raw().len();
+        self.gx.resize(area, 0);
+        self.gy.resize(area, 0);
+        if area > 0 {
+            i16::dispatch(Whole {
+                image,
+                gradient: self,
+            });
         }
     }
 
@@ -61,5 +64,33 @@ impl Gradient {
     #[must_use]
     pub fn gy(&self) -> &[i16] {
         &self.gy
+    }
+}
+
+struct Whole<'a> {
+    image: &'a GrayImage,
+    gradient: &'a mut Gradient,
+}
+
+impl Task for Whole<'_> {
+    type Value = i16;
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes<Value = i16>>(self, lanes: L) {
+        let (width, height) = (self.image.width() as usize, self.image.height() as usize);
+        let mut rows = Rows::default();
+        rows.resize(width);
+        let pixels = |v: usize| &self.image.as_raw()[v * width..][..width];
+        rows.read(0, pixels(0));
+        for v in 0..height {
+            if v + 1 < height {
+                rows.read(v + 1, pixels(v + 1));
+            }
+            rows.gradient(lanes, v, width, height);
+            let at = v * width..(v + 1) * width;
+            self.gradient.gx[at.clone()].copy_from_slice(&rows.gx[v % 2][..width]);
+            self.gradient.gy[at].copy_from_slice(&rows.gy[v % 2][..width]);
+        }
     }
 }

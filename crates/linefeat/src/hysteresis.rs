@@ -1,112 +1,165 @@
-//! Weak pixels that strong ones lead to, 64 pixels at a time.
+//! Weak pixels that strong ones lead to, 64 pixels a word and eight words at a time.
+
+use crate::bits::{BLOCK, Bits};
+
+/// A block and a word on either side.
+const WIDE: usize = BLOCK + 2;
 
 /// Every pixel of `weak` that a chain of neighbours (eight a pixel) within `weak` joins to a pixel of
-/// `found`, which is a part of `weak`. `stack` is used for what two sweeps leave over.
-pub(crate) fn follow(weak: &[u64], found: &mut [u64], stride: usize, stack: &mut Vec<usize>) {
-    if stride == 0 {
-        return;
+/// `found`, which is a part of `weak` and of its size. `stack` is used for what two sweeps leave over.
+pub(crate) fn follow(weak: &Bits, found: &mut Bits, stack: &mut Vec<usize>) {
+    pulp::Arch::new().dispatch(Follow { weak, found, stack });
+}
+
+struct Follow<'a> {
+    weak: &'a Bits,
+    found: &'a mut Bits,
+    stack: &'a mut Vec<usize>,
+}
+
+impl pulp::NullaryFnOnce for Follow<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let height = self.weak.height();
+        let (stride, start) = (self.weak.stride(), self.weak.start(0));
+        let (weak, found) = (self.weak.words(), self.found.words_mut());
+        for v in 0..height {
+            sweep(
+                weak,
+                found,
+                start + v * stride,
+                start + v * stride - stride,
+                stride,
+            );
+        }
+        for v in (0..height).rev() {
+            sweep(
+                weak,
+                found,
+                start + v * stride,
+                start + v * stride + stride,
+                stride,
+            );
+        }
+        self.stack.clear();
+        for block in (start..start + height * stride).step_by(BLOCK) {
+            leftover(weak, found, block, stride, self.stack);
+        }
+        rest(weak, found, stride, self.stack);
     }
-    let height = weak.len() / stride;
-    for v in 1..height {
-        let (above, here) = found.split_at_mut(v * stride);
-        row(
-            &weak[v * stride..][..stride],
-            &above[(v - 1) * stride..],
-            &mut here[..stride],
-        );
-    }
-    if height > 0 {
-        // the first row has no row above
-        let (first, _) = found.split_at_mut(stride);
-        spread(&weak[..stride], first);
-    }
-    for v in (0..height.saturating_sub(1)).rev() {
-        let (here, below) = found.split_at_mut((v + 1) * stride);
-        row(
-            &weak[v * stride..][..stride],
-            &below[..stride],
-            &mut here[v * stride..],
-        );
-    }
-    // what the sweep upwards found may lead down again
-    stack.clear();
-    for v in 1..height {
-        let above = &found[(v - 1) * stride..][..stride];
-        for w in 0..stride {
-            let at = v * stride + w;
-            if weak[at] & !found[at] & beside(above, w) != 0 {
-                stack.push(at);
+}
+
+/// Row `at` gets what the row at `beside` leads to, and what that leads to along the row within a word, or
+/// to the next word.
+#[inline(always)]
+fn sweep(weak: &[u64], found: &mut [u64], at: usize, beside: usize, stride: usize) {
+    for block in (0..stride).step_by(BLOCK) {
+        let Some(weak) = weak[at + block..].first_chunk::<BLOCK>() else {
+            return;
+        };
+        let reached = reached(window(found, beside + block), window(found, at + block));
+        let Some(here) = found[at + block..].first_chunk_mut::<BLOCK>() else {
+            return;
+        };
+        let mut new = 0;
+        for i in 0..BLOCK {
+            new |= reached[i] & weak[i] & !here[i];
+        }
+        if new != 0 {
+            for i in 0..BLOCK {
+                here[i] = fill(weak[i], here[i] | reached[i] & weak[i]);
             }
         }
     }
+}
+
+/// Pushes the places of a block's words that are not finished.
+#[inline(always)]
+fn leftover(weak: &[u64], found: &[u64], at: usize, stride: usize, stack: &mut Vec<usize>) {
+    let here = window(found, at);
+    let mut open = [0; BLOCK];
+    let mut any = 0;
+    let Some(weak) = weak[at..].first_chunk::<BLOCK>() else {
+        return;
+    };
+    for i in 0..BLOCK {
+        open[i] = weak[i] & !here[i + 1];
+        any |= open[i];
+    }
+    if any == 0 {
+        return;
+    }
+    let above = reached(window(found, at - stride), here);
+    let below = reached(window(found, at + stride), here);
+    any = 0;
+    for i in 0..BLOCK {
+        open[i] &= above[i] | below[i];
+        any |= open[i];
+    }
+    if any != 0 {
+        for (i, open) in open.into_iter().enumerate() {
+            if open != 0 {
+                stack.push(at + i);
+            }
+        }
+    }
+}
+
+/// Word by word until nothing changes: each change adds a pixel, so that the time is bounded by their number.
+#[inline(always)]
+fn rest(weak: &[u64], found: &mut [u64], stride: usize, stack: &mut Vec<usize>) {
     while let Some(at) = stack.pop() {
-        let (v, w) = (at / stride, at % stride);
         let mut reached = 0;
-        for v in v.saturating_sub(1)..(v + 2).min(height) {
-            reached |= beside(&found[v * stride..][..stride], w);
+        for row in [at - stride, at, at + stride] {
+            reached |= beside(found[row - 1], found[row], found[row + 1]);
         }
-        let now = fill(weak[at], found[at] | reached & weak[at]);
-        if now == found[at] {
-            continue;
-        }
-        found[at] = now;
-        for v in v.saturating_sub(1)..(v + 2).min(height) {
-            for w in w.saturating_sub(1)..(w + 2).min(stride) {
-                let other = v * stride + w;
-                if weak[other] & !found[other] != 0 {
-                    stack.push(other);
+        let new = fill(weak[at], found[at] | reached & weak[at]) & !found[at];
+        found[at] |= new;
+        // what the new pixels touch
+        for row in [at - stride, at, at + stride] {
+            for (place, touched) in [
+                (row - 1, new << 63),
+                (row, beside(0, new, 0)),
+                (row + 1, new >> 63),
+            ] {
+                if touched & weak[place] & !found[place] != 0 {
+                    stack.push(place);
                 }
             }
         }
     }
 }
 
-/// `here` gets what `beside_row` leads to, and what that leads to along the row.
 #[inline(always)]
-fn row(weak: &[u64], beside_row: &[u64], here: &mut [u64]) {
-    for w in 0..weak.len() {
-        if weak[w] != 0 {
-            here[w] |= beside(beside_row, w) & weak[w];
-        }
-    }
-    spread(weak, here);
+fn window(words: &[u64], at: usize) -> &[u64; WIDE] {
+    words[at - 1..]
+        .first_chunk()
+        .expect("there is room about the picture")
 }
 
-/// Fills along the row.
+/// What the pixels of a row and of the row beside it lead to in one step.
 #[inline(always)]
-fn spread(weak: &[u64], here: &mut [u64]) {
-    let mut carry = 0;
-    for w in 0..weak.len() {
-        if weak[w] & !here[w] != 0 {
-            here[w] = fill(weak[w], here[w] | carry & weak[w]);
-        }
-        carry = here[w] >> 63;
+fn reached(row: &[u64; WIDE], own: &[u64; WIDE]) -> [u64; BLOCK] {
+    let mut reached = [0; BLOCK];
+    for i in 0..BLOCK {
+        let from_beside = beside(row[i], row[i + 1], row[i + 2]);
+        reached[i] = from_beside | beside(own[i], own[i + 1], own[i + 2]);
     }
-    let mut carry = 0;
-    for w in (0..weak.len()).rev() {
-        if carry & weak[w] & !here[w] != 0 {
-            here[w] = fill(weak[w], here[w] | carry);
-        }
-        carry = here[w] << 63;
-    }
+    reached
 }
 
-/// The pixels of word `w` beside, or at, a pixel of the row.
+/// A word's pixels and their neighbours in the row.
 #[inline(always)]
-fn beside(row: &[u64], w: usize) -> u64 {
-    let here = row[w];
-    let left = if w > 0 { row[w - 1] >> 63 } else { 0 };
-    let right = row.get(w + 1).map_or(0, |word| word << 63);
-    here | here << 1 | left | here >> 1 | right
+fn beside(left: u64, here: u64, right: u64) -> u64 {
+    here | here << 1 | here >> 1 | left >> 63 | right << 63
 }
 
-/// Whole runs of `weak` that hold a bit of `seeds`.
+/// Whole runs of `weak` that hold a bit of `seeds`, which is a part of it.
 #[inline(always)]
 fn fill(weak: u64, seeds: u64) -> u64 {
-    if seeds == 0 {
-        return 0;
-    }
-    // upwards the carry of an addition runs through, downwards the bits are doubled
+    // upwards the carry of an addition runs through, downwards the reach is doubled
     let mut found = (weak.wrapping_add(seeds) ^ weak) & weak | seeds;
     let mut free = weak;
     for shift in [1, 2, 4, 8, 16, 32] {

@@ -1,5 +1,7 @@
 //! Vectors of magnitudes: the few operations that the ridge search needs, on what registers there are.
 
+use std::marker::PhantomData;
+
 /// `COUNT` values at once. `COUNT` divides 64.
 pub(crate) trait Lanes: Copy {
     /// 16 bits for sums of absolute values, 32 for squared lengths.
@@ -28,12 +30,85 @@ pub(crate) trait Lanes: Copy {
     fn bits(self, mask: Self::Mask) -> u64;
 }
 
+/// Work on vectors of `Value`, whatever their length.
+pub(crate) trait Task {
+    type Value;
+    type Output;
+    fn run<L: Lanes<Value = Self::Value>>(self, lanes: L) -> Self::Output;
+}
+
+/// What the machine has.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Registers {
+    Plain,
+    #[cfg(target_arch = "x86_64")]
+    V3(pulp::x86::V3),
+    #[cfg(target_arch = "x86_64")]
+    V4(pulp::x86::V4),
+}
+
+impl Registers {
+    /// All kinds, the widest first.
+    pub(crate) fn all() -> impl Iterator<Item = Self> {
+        #[cfg(target_arch = "x86_64")]
+        let wide = [
+            pulp::x86::V4::try_new().map(Self::V4),
+            pulp::x86::V3::try_new().map(Self::V3),
+        ];
+        #[cfg(not(target_arch = "x86_64"))]
+        let wide = [None];
+        wide.into_iter().flatten().chain([Self::Plain])
+    }
+}
+
+/// The two widths of a magnitude.
+pub(crate) trait Width: Copy + Default {
+    fn run_on<T: Task<Value = Self>>(registers: Registers, task: T) -> T::Output;
+
+    /// Does the work with the widest registers there are.
+    fn dispatch<T: Task<Value = Self>>(task: T) -> T::Output {
+        Self::run_on(Registers::all().next().unwrap_or(Registers::Plain), task)
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+struct With<L, T>(L, T);
+
+#[cfg(target_arch = "x86_64")]
+impl<L: Lanes, T: Task<Value = L::Value>> pulp::NullaryFnOnce for With<L, T> {
+    type Output = T::Output;
+
+    #[inline(always)]
+    fn call(self) -> T::Output {
+        self.1.run(self.0)
+    }
+}
+
+macro_rules! width {
+    ($value:ty, $v4:ident, $v3:ident) => {
+        impl Width for $value {
+            fn run_on<T: Task<Value = Self>>(registers: Registers, task: T) -> T::Output {
+                match registers {
+                    Registers::Plain => task.run(Portable::<Self>(PhantomData)),
+                    #[cfg(target_arch = "x86_64")]
+                    Registers::V3(simd) => simd.vectorize(With(x86::$v3(simd), task)),
+                    #[cfg(target_arch = "x86_64")]
+                    Registers::V4(simd) => simd.vectorize(With(x86::$v4(simd), task)),
+                }
+            }
+        }
+    };
+}
+
+width!(i16, V4Short, V3Short);
+width!(i32, V4Long, V3Long);
+
 /// tan 22.5 degrees in units of 2^-15
 const TAN: i32 = 13573;
 
 /// Without special registers.
 #[derive(Clone, Copy)]
-pub(crate) struct Portable<T>(pub(crate) std::marker::PhantomData<T>);
+pub(crate) struct Portable<T>(PhantomData<T>);
 
 macro_rules! portable {
     ($value:ty, |$gx:ident, $gy:ident| $magnitude:expr) => {
@@ -110,7 +185,7 @@ portable!(i16, |gx, gy| gx.abs() + gy.abs());
 portable!(i32, |gx, gy| gx * gx + gy * gy);
 
 #[cfg(target_arch = "x86_64")]
-pub(crate) mod x86 {
+mod x86 {
     use std::arch::x86_64::{__m256i, __m512i, __mmask16, __mmask32};
 
     use pulp::x86::{V3, V4};
@@ -126,7 +201,7 @@ pub(crate) mod x86 {
             greater $greater:expr, select $select:expr, bits $bits:expr,
         ) => {
             #[derive(Clone, Copy)]
-            pub(crate) struct $name(pub(crate) $simd);
+            pub(super) struct $name(pub(super) $simd);
 
             impl Lanes for $name {
                 type Value = $value;

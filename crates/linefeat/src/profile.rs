@@ -29,6 +29,8 @@ const FAINT: f64 = 0.3;
 const NEAR: f64 = 1.5;
 /// The same in standard deviations.
 const NEAR_SIGMAS: f64 = 4.0;
+/// Cuts that the first line is fitted to: the second only needs to begin near.
+const ROUGH: usize = 16;
 /// So many cuts at least make a line.
 const FEWEST: usize = 6;
 
@@ -125,11 +127,12 @@ impl Fit {
 impl Profiles {
     /// The segment along `path`, if at least half of `least` cuts show its edge.
     pub(crate) fn fit(&mut self, image: &GrayImage, path: &Path, least: u32) -> Option<Segment> {
-        let rough = self.pass(image, path, [path.offset, path.slope], NEAR)?;
+        let every = (path.extent() as usize / ROUGH).max(1);
+        let rough = self.pass(image, path, [path.offset, path.slope], every, NEAR)?;
         let line = self.line(rough);
         let deviation = (self.squares(&line, rough) / (line.count - 2.0)).sqrt();
         let near = NEAR.max(NEAR_SIGMAS * deviation);
-        let height = self.pass(image, path, [line.at(0.0), line.slope], near)?;
+        let height = self.pass(image, path, [line.at(0.0), line.slope], 1, near)?;
         if self.cuts.len() < (least as usize).div_ceil(2) {
             return None;
         }
@@ -138,14 +141,23 @@ impl Profiles {
         self.segment(image, path, &fit, variance)
     }
 
-    /// Measures about a line (offset, slope) and keeps the cuts that show the edge near it; the mean slope of their
-    /// sums.
-    fn pass(&mut self, image: &GrayImage, path: &Path, line: [f64; 2], near: f64) -> Option<f64> {
+    /// Measures every so many cuts about a line (offset, slope) and keeps those that show the edge near it;
+    /// the mean slope of their sums.
+    fn pass(
+        &mut self,
+        image: &GrayImage,
+        path: &Path,
+        line: [f64; 2],
+        every: usize,
+        near: f64,
+    ) -> Option<f64> {
+        let cuts = &mut self.cuts;
         pulp::Arch::new().dispatch(Measure {
             image,
             path,
             line,
-            cuts: &mut self.cuts,
+            every,
+            cuts,
         });
         let count = self.cuts.len();
         if count < FEWEST {
@@ -225,13 +237,14 @@ impl Profiles {
         if correlation > 2.0 / fit.count.sqrt() {
             own *= (1.0 + correlation) / (1.0 - correlation);
         }
-        // Rounding to whole gray levels, 1/12 in variance for a pixel. Noise spreads it: what cuts at
-        // like phases still share falls with exp(-4 pi^2 variance) (Widrow and Kollar 2008, chapter 9).
+        // Rounding to whole gray levels, 1/12 in variance for a pixel: without noise no residual shows it,
+        // and cuts at like phases share it. Noise spreads it: what is left falls with
+        // exp(-4 pi^2 variance) (Widrow and Kollar 2008, chapter 9).
         let weights = weights()[0].place.map(|w| (f64::from(w) / height).powi(2));
         let a_pixel: f64 = weights.iter().sum();
         let noise = sum / free / a_pixel;
         let rounding = (-4.0 * std::f64::consts::PI.powi(2) * noise).exp() / 12.0;
-        [own, a_pixel * rounding]
+        [own + a_pixel * rounding, a_pixel * rounding]
     }
 
     fn segment(
@@ -264,10 +277,11 @@ impl Profiles {
         let mut by_slope = -fit.middle / q - at_zero * b / q.powi(3);
         let theta_by_slope = turn / (q * q);
         let mut rising = path.rising;
-        if theta < 0.0 {
+        if theta <= -f64::EPSILON {
             theta += std::f64::consts::PI;
             (rho, by_value, by_slope, rising) = (-rho, -by_value, -by_slope, !rising);
         }
+        theta = theta.max(0.0);
         let value = variance[0] / fit.count + variance[1];
         let slope = variance[0] / fit.spread;
         let mixed = by_slope * theta_by_slope * slope;
@@ -323,6 +337,7 @@ struct Measure<'a> {
     image: &'a GrayImage,
     path: &'a Path,
     line: [f64; 2],
+    every: usize,
     cuts: &'a mut Vec<Cut>,
 }
 
@@ -335,6 +350,7 @@ impl pulp::NullaryFnOnce for Measure<'_> {
             image,
             path,
             line: [offset, slope],
+            every,
             cuts,
         } = self;
         let across = if path.along_u {
@@ -347,7 +363,7 @@ impl pulp::NullaryFnOnce for Measure<'_> {
         let weights = weights();
         cuts.clear();
         cuts.reserve(path.extent() as usize);
-        for step in path.first..=path.last {
+        for step in (path.first..=path.last).step_by(every) {
             let p = offset + slope * f64::from(step);
             if !whole.contains(&p) {
                 continue;
@@ -355,11 +371,13 @@ impl pulp::NullaryFnOnce for Measure<'_> {
             let index = (p * PHASES as f64 + 0.5) as usize;
             let weights = &weights[index % PHASES];
             let taps = taps(image, path.along_u, step as usize, index / PHASES - 3);
-            let (mut place, mut slope) = (0, 0);
-            for i in 0..TAPS {
-                place += taps[i] * weights.place[i];
-                slope += taps[i] * weights.slope[i];
-            }
+            let sum = |weights: &[i32; TAPS]| -> i32 {
+                taps.iter()
+                    .zip(weights)
+                    .map(|(tap, weight)| tap * weight)
+                    .sum()
+            };
+            let (place, slope) = (sum(&weights.place), sum(&weights.slope));
             cuts.push(Cut {
                 t: step,
                 at: index as i32,

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-/// Sonar logs to maps, maps to certified roadmaps, roadmaps to routes.
+/// Sonar logs to maps, maps to certified roadmaps, roadmaps to routes; camera frames to floor metres.
 #[derive(Debug, Parser)]
 #[command(name = "mobot", version, about, disable_help_subcommand = true)]
 pub struct Cli {
@@ -40,6 +40,12 @@ pub enum Command {
     Locate(LocateArgs),
     /// Say which sonar readings made a cell what it is.
     Why(WhyArgs),
+    /// Calibrate a camera over a floor from pixel-to-floor pairs.
+    Calibrate(CalibrateArgs),
+    /// The floor point that a pixel sees, with its error bars.
+    Floor(FloorArgs),
+    /// Draw the floor of a frame as seen from above.
+    Birdseye(BirdseyeArgs),
 }
 
 /// How an echo's evidence is spread over range (Choi, Ryu, Kim 1999, section 2.1).
@@ -213,6 +219,124 @@ pub struct WhyArgs {
     /// Show this many readings at most.
     #[arg(long, default_value_t = 20, value_name = "N")]
     pub most: usize,
+}
+
+/// Which half of the pairs is measured with errors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum NoiseArg {
+    /// Pixels are read with errors, marks are placed exactly.
+    Pixel,
+    /// Marks are measured on the floor with errors, pixels are exact.
+    Floor,
+    /// Both, by their sigmas.
+    Both,
+}
+
+/// `mobot calibrate`
+#[derive(Debug, Args)]
+pub struct CalibrateArgs {
+    /// Pairs: CSV with header u,v,x,y; pixel (u right, v down), floor point [m] (x forward, y left).
+    #[arg(
+        value_name = "PAIRS.csv",
+        required_unless_present = "target_sheet",
+        requires = "output"
+    )]
+    pub pairs: Option<PathBuf>,
+    /// Where the camera goes: JSON.
+    #[arg(short, long, value_name = "CAMERA.json", requires = "pairs")]
+    pub output: Option<PathBuf>,
+    /// What is noisy.
+    #[arg(long, value_enum, default_value_t = NoiseArg::Pixel)]
+    pub noise: NoiseArg,
+    /// Expected error of a pixel coordinate, one sigma [px].
+    #[arg(
+        long,
+        default_value_t = 0.5,
+        value_name = "S",
+        allow_hyphen_values = true
+    )]
+    pub pixel_sigma: f64,
+    /// Expected error of a floor coordinate, one sigma [m].
+    #[arg(
+        long,
+        default_value_t = 0.005,
+        value_name = "S",
+        allow_hyphen_values = true
+    )]
+    pub floor_sigma: f64,
+    /// Take the sigmas as they are instead of measuring them from the residuals.
+    #[arg(long)]
+    pub given_sigma: bool,
+    /// The lens: ROS camera_info YAML.
+    #[arg(long, value_name = "CAMERA_INFO.yaml")]
+    pub lens: Option<PathBuf>,
+    /// Size of the picture [px]; that of --image or --lens where they are given.
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub image_size: Option<[u32; 2]>,
+    /// A frame of the camera, to draw on.
+    #[arg(long, value_name = "IMAGE")]
+    pub image: Option<PathBuf>,
+    /// Draw pairs, metric grid, pixel footprint and error ellipses (.svg or .png).
+    #[arg(long, value_name = "P")]
+    pub picture: Option<PathBuf>,
+    /// Write a sheet to print: a floor mark, where to lay it, and what to do (.svg).
+    #[arg(long, value_name = "SHEET.svg")]
+    pub target_sheet: Option<PathBuf>,
+}
+
+/// `mobot floor`
+#[derive(Debug, Args)]
+pub struct FloorArgs {
+    /// Camera, as `mobot calibrate` writes it.
+    #[arg(value_name = "CAMERA.json")]
+    pub camera: PathBuf,
+    /// Column [px].
+    #[arg(allow_hyphen_values = true)]
+    pub u: f64,
+    /// Row, downwards [px].
+    #[arg(allow_hyphen_values = true)]
+    pub v: f64,
+    /// How well the pixel is known, one sigma of each coordinate [px]; the camera's own without it.
+    #[arg(long, value_name = "S", allow_hyphen_values = true)]
+    pub pixel_sigma: Option<f64>,
+}
+
+/// `mobot birdseye`
+#[derive(Debug, Args)]
+pub struct BirdseyeArgs {
+    /// A frame: PNG, JPEG or PNM, 8 bits a channel.
+    pub image: PathBuf,
+    /// Camera, as `mobot calibrate` writes it.
+    #[arg(long, value_name = "CAMERA.json")]
+    pub camera: PathBuf,
+    /// Where the picture goes (.png).
+    #[arg(short, long, value_name = "P.png")]
+    pub output: PathBuf,
+    /// Side of a pixel of the picture [m]; as fine as the frame at its best without it.
+    #[arg(long, value_name = "R", allow_hyphen_values = true)]
+    pub metres_per_pixel: Option<f64>,
+    /// Show the floor only where a pixel of the frame covers at most this [m].
+    #[arg(
+        long,
+        default_value_t = 0.05,
+        value_name = "R",
+        allow_hyphen_values = true
+    )]
+    pub coarsest: f64,
+}
+
+/// `WxH` in pixels, neither of them 0.
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let sides = text.split_once(['x', 'X']).and_then(|(width, height)| {
+        let side = |s: &str| {
+            s.trim()
+                .parse::<u32>()
+                .ok()
+                .filter(|s| (1..=100_000).contains(s))
+        };
+        Some([side(width)?, side(height)?])
+    });
+    sides.ok_or_else(|| format!("expected WIDTHxHEIGHT in pixels, found {text:?}"))
 }
 
 /// `mobot floorplan`

@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use anyhow::{Context as _, bail};
-use image::{ColorType, DynamicImage, GrayImage, ImageDecoder as _, ImageReader, Limits, RgbImage};
+use image::{
+    ColorType, DynamicImage, GrayImage, ImageDecoder as _, ImageReader, Limits, Luma, RgbImage,
+};
 
 /// The largest file [bytes].
 const MOST_BYTES: u64 = 64 << 20;
@@ -69,10 +71,16 @@ impl Frame {
         [self.0.width(), self.0.height()]
     }
 
-    /// In gray (ITU-R 601 luma of colours).
+    /// In gray: ITU-R 601 luma of colours, rounded as OpenCV does.
     #[must_use]
     pub fn to_gray(&self) -> GrayImage {
-        self.0.to_luma8()
+        let DynamicImage::ImageRgb8(colours) = &self.0 else {
+            return self.0.to_luma8();
+        };
+        GrayImage::from_fn(colours.width(), colours.height(), |column, row| {
+            let [r, g, b] = colours.get_pixel(column, row).0.map(u32::from);
+            Luma([((4899 * r + 9617 * g + 1868 * b + 8192) >> 14) as u8])
+        })
     }
 
     /// In colour.

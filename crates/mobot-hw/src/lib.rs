@@ -1,3 +1,8 @@
+#![cfg_attr(feature = "simulation", doc = include_str!("../README.md"))]
+#![cfg_attr(
+    not(feature = "simulation"),
+    doc = "Sonar, camera and base behind small traits. The README's example needs the feature `simulation`."
+)]
 #![doc = include_str!("../README.md")]
 
 mod clock;

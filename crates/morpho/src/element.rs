@@ -182,6 +182,14 @@ impl Element {
             .cast_unsigned()
     }
 
+    /// The first run and the rows of a rectangle that holds the anchor's column.
+    pub(crate) fn as_rectangle(&self) -> Option<(ElementRun, usize)> {
+        let first = self.runs[0];
+        let follows = |(dy, run): (isize, &ElementRun)| *run == ElementRun { dy, ..first };
+        let is_one = (first.dy..).zip(&self.runs).all(follows);
+        (is_one && (first.dx0..=first.dx1).contains(&0)).then_some((first, self.runs.len()))
+    }
+
     pub(crate) fn runs(&self) -> &[ElementRun] {
         &self.runs
     }

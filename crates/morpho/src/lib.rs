@@ -7,6 +7,7 @@ mod element;
 mod fill;
 mod gray;
 mod grow;
+mod lanes;
 mod ledger;
 mod levels;
 mod ops;
@@ -14,8 +15,9 @@ mod pack;
 mod pipeline;
 mod rectangle;
 pub mod reference;
-mod row;
+mod square;
 pub mod thin;
+mod vertical;
 mod window;
 
 pub use bit_image::{BitImage, Pixel};

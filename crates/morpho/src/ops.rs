@@ -1,6 +1,6 @@
 //! Erosion, dilation, opening, closing.
 
-use crate::window::{Buffers, Operation, Turn, sweep};
+use crate::window::{Buffers, Operation, Step, Turn};
 use crate::{BitImage, Element};
 
 /// What an operation takes the pixels outside the image to be.
@@ -146,15 +146,6 @@ pub fn close_into(
     );
 }
 
-/// One erosion or dilation.
-#[derive(Clone, Copy)]
-struct Step<'a> {
-    operation: Operation,
-    element: &'a Element,
-    turn: Turn,
-    outside: bool,
-}
-
 impl<'a> Step<'a> {
     fn erosion(element: &'a Element, turn: Turn, border: Border) -> Self {
         Self {
@@ -173,18 +164,6 @@ impl<'a> Step<'a> {
             outside: border == Border::Foreground,
         }
     }
-
-    fn run(&self, image: &BitImage, buffers: &mut Buffers, out: &mut BitImage) {
-        sweep(
-            image,
-            self.operation,
-            self.element,
-            self.turn,
-            self.outside,
-            buffers,
-            out,
-        );
-    }
 }
 
 /// Two steps. Unless they are `local`, what the first makes of the outside near the image matters
@@ -202,15 +181,13 @@ fn both(
         plane,
     } = workspace;
     if local {
-        first.run(image, buffers, between);
-        second.run(between, buffers, out);
+        first.run_both(&second, image, buffers, between, out);
         return;
     }
     let margin = Margin::new(first.element.reach());
     margin.embed(image, first.outside, plane);
-    first.run(plane, buffers, between);
-    second.run(between, buffers, plane);
-    margin.crop(plane, image.width(), image.height(), out);
+    first.run_both(&second, plane, buffers, out, between);
+    margin.crop(between, image.width(), image.height(), out);
 }
 
 /// A margin of whole words left, and of rows above and below.

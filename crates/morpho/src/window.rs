@@ -11,19 +11,24 @@ use std::marker::PhantomData;
 
 use crate::BitImage;
 use crate::element::{Element, ElementRun};
+use crate::lanes::Opening;
 use crate::levels::{Levels, margin};
-use crate::rectangle::{BAND_WORDS, rectangle};
+use crate::rectangle::{Along, BAND_WORDS, rectangle};
+use crate::square;
+use crate::vertical::Strip;
 
 /// The two operations, bit by bit.
 pub(crate) trait Lattice {
     /// What changes nothing.
     const NEUTRAL: u64;
+    type Other: Lattice;
     fn meet(a: u64, b: u64) -> u64;
 }
 
 pub(crate) struct And;
 
 impl Lattice for And {
+    type Other = Or;
     const NEUTRAL: u64 = u64::MAX;
     #[inline(always)]
     fn meet(a: u64, b: u64) -> u64 {
@@ -34,6 +39,7 @@ impl Lattice for And {
 pub(crate) struct Or;
 
 impl Lattice for Or {
+    type Other = And;
     const NEUTRAL: u64 = 0;
     #[inline(always)]
     fn meet(a: u64, b: u64) -> u64 {
@@ -60,66 +66,98 @@ pub(crate) enum Turn {
 pub(crate) struct Buffers {
     /// See [`Levels`].
     pub(crate) levels: Vec<u64>,
-    /// See [`Rows`]; the result, with margins, in [`scatter`].
+    /// Some rows that have met; the result, with margins, in [`scatter`].
     pub(crate) block: Vec<u64>,
     /// Some rows through a window.
     pub(crate) band: Vec<u64>,
+    /// See [`Vertical`](crate::vertical::Vertical).
+    pub(crate) strips: Vec<Strip>,
     /// The element, as it lies.
     pub(crate) runs: Vec<ElementRun>,
 }
 
-/// `operation` over the element's window, where a pixel outside the image is `outside`.
-pub(crate) fn sweep(
-    image: &BitImage,
-    operation: Operation,
-    element: &Element,
-    turn: Turn,
-    outside: bool,
-    buffers: &mut Buffers,
-    out: &mut BitImage,
-) {
-    let (width, height) = (image.width(), image.height());
-    out.reshape(width, height);
-    if width == 0 || height == 0 {
-        return;
+/// One erosion or dilation.
+#[derive(Clone, Copy)]
+pub(crate) struct Step<'a> {
+    pub(crate) operation: Operation,
+    pub(crate) element: &'a Element,
+    pub(crate) turn: Turn,
+    /// What a pixel outside the image is.
+    pub(crate) outside: bool,
+}
+
+impl Step<'_> {
+    pub(crate) fn run(&self, image: &BitImage, buffers: &mut Buffers, out: &mut BitImage) {
+        self.sweep(image, Along::Once, buffers, out);
     }
-    take_runs(element, turn, width, height, &mut buffers.runs);
-    let outside = if outside { u64::MAX } else { 0 };
-    match operation {
-        Operation::Erode => {
-            pulp::Arch::new().dispatch(Sweep::<And>::new(image, outside, buffers, out))
+
+    /// This step, and then the other operation with the element turned.
+    pub(crate) fn run_both(
+        &self,
+        second: &Self,
+        image: &BitImage,
+        buffers: &mut Buffers,
+        between: &mut BitImage,
+        out: &mut BitImage,
+    ) {
+        let then_outside = word(second.outside);
+        let [along, then_along] = match self.element.as_rectangle() {
+            Some((square::RUN, square::ROWS)) => {
+                return self.sweep(image, Along::All { then_outside }, buffers, out);
+            }
+            Some((run, _)) if Opening::new(&run).is_some() => {
+                [Along::Twice { then_outside }, Along::Not]
+            }
+            _ => [Along::Once; 2],
+        };
+        self.sweep(image, along, buffers, between);
+        second.sweep(between, then_along, buffers, out);
+    }
+
+    fn sweep(&self, image: &BitImage, along: Along, buffers: &mut Buffers, out: &mut BitImage) {
+        let (width, height) = (image.width(), image.height());
+        out.reshape(width, height);
+        if width == 0 || height == 0 {
+            return;
         }
-        Operation::Dilate => {
-            pulp::Arch::new().dispatch(Sweep::<Or>::new(image, outside, buffers, out))
+        take_runs(self.element, self.turn, width, height, &mut buffers.runs);
+        let outside = word(self.outside);
+        let arch = pulp::Arch::new();
+        match self.operation {
+            Operation::Erode => arch.dispatch(Sweep {
+                image,
+                outside,
+                along,
+                buffers,
+                out,
+                lattice: PhantomData::<And>,
+            }),
+            Operation::Dilate => arch.dispatch(Sweep {
+                image,
+                outside,
+                along,
+                buffers,
+                out,
+                lattice: PhantomData::<Or>,
+            }),
         }
     }
 }
 
-/// The arguments of [`sweep`], to be run with the machine's widest registers. (A struct, for a
+/// 64 equal pixels.
+fn word(pixel: bool) -> u64 {
+    if pixel { u64::MAX } else { 0 }
+}
+
+/// The arguments of [`run`], to be run with the machine's widest registers. (A struct, for a
 /// closure is not inlined into the function that may use them.)
 struct Sweep<'a, L> {
     image: &'a BitImage,
     outside: u64,
+    along: Along,
     buffers: &'a mut Buffers,
     out: &'a mut BitImage,
     lattice: PhantomData<L>,
-}
-
-impl<'a, L> Sweep<'a, L> {
-    fn new(
-        image: &'a BitImage,
-        outside: u64,
-        buffers: &'a mut Buffers,
-        out: &'a mut BitImage,
-    ) -> Self {
-        Self {
-            image,
-            outside,
-            buffers,
-            out,
-            lattice: PhantomData,
-        }
-    }
 }
 
 impl<L: Lattice> pulp::NullaryFnOnce for Sweep<'_, L> {
@@ -127,7 +165,7 @@ impl<L: Lattice> pulp::NullaryFnOnce for Sweep<'_, L> {
 
     #[inline(always)]
     fn call(self) {
-        run::<L>(self.image, self.outside, self.buffers, self.out);
+        run::<L>(self.image, self.outside, self.along, self.buffers, self.out);
     }
 }
 
@@ -158,13 +196,19 @@ fn take_runs(
 }
 
 #[inline(always)]
-fn run<L: Lattice>(image: &BitImage, outside: u64, buffers: &mut Buffers, out: &mut BitImage) {
+fn run<L: Lattice>(
+    image: &BitImage,
+    outside: u64,
+    along: Along,
+    buffers: &mut Buffers,
+    out: &mut BitImage,
+) {
     let (first, last) = (buffers.runs[0], buffers.runs[buffers.runs.len() - 1]);
     let rows = last.dy - first.dy + 1;
     // sorted by columns: equal ends mean that all are equal
     let same = (first.dx0, first.dx1) == (last.dx0, last.dx1);
     if same && rows.cast_unsigned() == buffers.runs.len() {
-        rectangle::<L>(image, outside, buffers, out);
+        rectangle::<L>(image, outside, along, buffers, out);
     } else {
         scatter::<L>(image, outside, buffers, out);
     }
@@ -186,6 +230,7 @@ fn scatter<L: Lattice>(image: &BitImage, outside: u64, buffers: &mut Buffers, ou
         block,
         band,
         runs,
+        ..
     } = buffers;
     let height = image.height();
     let power = runs.iter().map(ElementRun::power).max().unwrap_or(0);

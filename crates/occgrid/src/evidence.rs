@@ -23,9 +23,9 @@ pub(crate) struct EvidenceTables {
     model: SonarModel,
     resolution: f64,
     /// Over r - d, from `-front` in steps of `bin`.
-    echo: Box<Table>,
+    echo: Table,
     /// Over r / listened, in steps of 1 / LAST_BIN.
-    no_echo: Box<Table>,
+    no_echo: Table,
     /// [m]
     front: f64,
     /// [m]
@@ -39,13 +39,13 @@ pub(crate) struct EvidenceTables {
 pub(crate) struct RangeEvidence<'a> {
     table: &'a Table,
     /// Bins a cell.
-    scale: f64,
+    scale: f32,
     /// Bin at the sonar.
-    offset: f64,
+    offset: f32,
     /// Cells nearer than this get nothing [cells^2].
-    blanking_squared: f64,
+    blanking_squared: f32,
     /// Up to here the evidence is that of the first bin [cells^2]; 0 where there is no such place.
-    even_squared: f64,
+    even_squared: f32,
     /// Nothing farther than this gets any [m].
     pub(crate) reach: f64,
 }
@@ -57,6 +57,12 @@ pub(crate) fn quantise(log_odds: f64) -> f32 {
 
 pub(crate) fn log_odds(p: f64) -> f64 {
     (p / (1.0 - p)).ln()
+}
+
+/// The square of the distance from which on cells get evidence [cells^2]. Cells at the very blanking distance do,
+/// however their distance is rounded.
+fn blanking_squared(model: &SonarModel, resolution: f64) -> f32 {
+    (model.blanking * (1.0 - 1e-6) / resolution).powi(2) as f32
 }
 
 /// Over how many points of a cell's depth the evidence of an echo is averaged: enough that they are at most
@@ -74,7 +80,7 @@ impl EvidenceTables {
         let back = BACK_SIGMAS * model.sigma + margin;
         let bin = (front + back) / LAST_BIN;
         let tabulate = |value: &dyn Fn(f64) -> f64| {
-            let mut table = Box::new([0.0; TABLE_LEN]);
+            let mut table = [0.0; TABLE_LEN];
             for (k, entry) in table.iter_mut().enumerate().take(LAST_BIN as usize + 1) {
                 *entry = quantise(value(k as f64));
             }
@@ -125,116 +131,92 @@ impl EvidenceTables {
             Reading::TooClose | Reading::Fault => return None,
         };
         let scale = self.resolution / bin;
-        // a little less than half a bin, so that rounding cannot matter
-        let even = ((0.499 - offset) / scale).max(0.0);
+        // less than half a bin by more than rounding can matter
+        let even = ((0.49 - offset - 1e-6 * offset.abs()) / scale).max(0.0);
         Some(RangeEvidence {
             table,
-            scale,
-            // round numbers halfway between two bins go to the upper one, however they are rounded
-            offset: offset + 1e-7,
-            even_squared: even * even,
-            // a cell at this very distance is not nearer, however the distance is rounded
-            blanking_squared: (self.model.blanking * (1.0 - 1e-9) / self.resolution).powi(2),
+            scale: scale as f32,
+            offset: offset as f32,
+            even_squared: (even * even) as f32,
+            blanking_squared: blanking_squared(&self.model, self.resolution),
             reach,
         })
     }
 }
 
-/// Cells whose bins are found together, before they are looked up: the first half is vector arithmetic, the
-/// second is not.
-const RUN: usize = 128;
+/// Cells in the widest vector.
+const LANES: usize = 16;
 
-/// Runs are padded to whole vectors.
-const LANES: usize = 8;
+/// Places in a vector.
+const STEPS: [f32; LANES] = [
+    0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0,
+];
 
-/// Room for the bins of a run.
-pub(crate) type Bins = [u32; RUN];
+/// The last bin; empty.
+const LAST: f32 = (TABLE_LEN - 1) as f32;
 
-/// Room for bins, before any run.
-pub(crate) const EMPTY_BINS: Bins = [0; RUN];
+/// Adding 2^23 leaves the nearest integer in the low bits.
+const INTEGER: f32 = 8_388_608.0;
 
 impl RangeEvidence<'_> {
     /// Evidence for a cell whose centre is at (x, y) from the sonar [cells].
     pub(crate) fn at(&self, x: f64, y: f64) -> f32 {
-        let mut bin = [0];
-        self.find_bins(&mut bin, x, y * y);
-        self.table[bin[0] as usize % TABLE_LEN]
-    }
-
-    /// Adds the evidence to a run of cells in one row, the first of which has its centre at (x, y) from the
-    /// sonar [cells].
-    #[inline(always)]
-    pub(crate) fn add_to(&self, cells: &mut [f32], x: f64, y: f64, bins: &mut Bins) {
-        let chord = self.even_squared - y * y;
-        // what fits one vector is not worth taking apart
-        if chord <= 0.0 || cells.len() <= LANES {
-            return self.add_looked_up(cells, x, y, bins);
-        }
-        // The cells in the middle, |x| <= sqrt(chord), all get the same.
-        let half = chord.sqrt();
-        let from = ((-half - x).ceil().max(0.0) as usize).min(cells.len());
-        let to = ((half - x + 1.0).floor().max(0.0) as usize).clamp(from, cells.len());
-        let (front, rest) = cells.split_at_mut(from);
-        let (even, back) = rest.split_at_mut(to - from);
-        self.add_looked_up(front, x, y, bins);
-        self.add_even(even, x + from as f64, y);
-        self.add_looked_up(back, x + to as f64, y, bins);
-    }
-
-    #[inline(always)]
-    fn add_even(&self, cells: &mut [f32], x: f64, y: f64) {
-        let value = self.table[0];
-        let y_squared = y * y;
-        if self.blanking_squared <= y_squared {
-            for cell in cells {
-                *cell += value;
-            }
+        let (x, y) = (x as f32, y as f32);
+        let squared = x * x + y * y;
+        let place = (squared.sqrt() * self.scale + self.offset).clamp(0.0, LAST);
+        let place = if squared < self.blanking_squared {
+            LAST
         } else {
-            for (step, cell) in (0_i32..).zip(cells) {
-                let x = x + f64::from(step);
-                *cell += if x * x + y_squared < self.blanking_squared {
-                    0.0
-                } else {
-                    value
-                };
-            }
-        }
+            place
+        };
+        self.table[(place + INTEGER).to_bits() as usize % TABLE_LEN]
     }
 
+    /// Adds the evidence to a run of cells in a row `y` above the sonar [cells]. The first of them is `x` columns
+    /// to the right of the sonar's, the sonar `offset` to the right of that one's centre.
     #[inline(always)]
-    fn add_looked_up(&self, cells: &mut [f32], x: f64, y: f64, bins: &mut Bins) {
-        let mut first = x;
-        for run in cells.chunks_mut(RUN) {
-            let padded = run.len().next_multiple_of(LANES);
-            let mut x = first;
-            for vector in bins[..padded].chunks_exact_mut(LANES) {
-                self.find_bins(vector, x, y * y);
-                x += LANES as f64;
-            }
-            for (cell, &bin) in run.iter_mut().zip(bins.iter()) {
-                *cell += self.table[bin as usize % TABLE_LEN];
-            }
-            first += RUN as f64;
-        }
-    }
-
-    #[inline(always)]
-    fn find_bins(&self, bins: &mut [u32], x: f64, y_squared: f64) {
-        /// Adding 2^52 leaves the nearest integer in the low bits: a conversion that vectorises.
-        const INTEGER: f64 = 4_503_599_627_370_496.0;
-        const LAST: f64 = (TABLE_LEN - 1) as f64;
-        for (step, bin) in (0_i32..).zip(bins) {
-            let x = x + f64::from(step);
-            let squared = x * x + y_squared;
-            let place = squared.sqrt() * self.scale + self.offset;
-            let place = if place > 0.0 { place } else { 0.0 };
-            let place = if place < LAST { place } else { LAST };
-            let place = if squared < self.blanking_squared {
-                LAST
+    pub(crate) fn add_run<S: pulp::Simd>(
+        &self,
+        simd: S,
+        cells: &mut [f32],
+        x: f32,
+        offset: f32,
+        y: f32,
+    ) {
+        let y_squared = y * y;
+        let steps = S::as_simd_f32s(&STEPS).0[0];
+        let mut x = x;
+        for run in cells.chunks_mut(S::F32_LANES) {
+            let (first, last) = (x - offset, x - offset + (S::F32_LANES - 1) as f32);
+            let far = if -first > last { first } else { last };
+            let even = far * far + y_squared <= self.even_squared;
+            if even && y_squared >= self.blanking_squared {
+                let value = simd.splat_f32s(self.table[0]);
+                let sums = simd.add_f32s(simd.partial_load_f32s(run), value);
+                simd.partial_store_f32s(run, sums);
             } else {
-                place
-            };
-            *bin = (place + INTEGER).to_bits() as u32;
+                let x = simd.add_f32s(simd.splat_f32s(x), steps);
+                let x = simd.sub_f32s(x, simd.splat_f32s(offset));
+                let mut bins = [0; LANES];
+                S::as_mut_simd_u32s(&mut bins).0[0] = self.bins(simd, x, y_squared);
+                for (cell, &bin) in run.iter_mut().zip(&bins) {
+                    *cell += self.table[bin as usize % TABLE_LEN];
+                }
+            }
+            x += S::F32_LANES as f32;
         }
+    }
+
+    /// [`RangeEvidence::at`], up to the table.
+    #[inline(always)]
+    fn bins<S: pulp::Simd>(&self, simd: S, x: S::f32s, y_squared: f32) -> S::u32s {
+        let last = simd.splat_f32s(LAST);
+        let squared = simd.add_f32s(simd.mul_f32s(x, x), simd.splat_f32s(y_squared));
+        let place = simd.mul_f32s(simd.sqrt_f32s(squared), simd.splat_f32s(self.scale));
+        let place = simd.add_f32s(place, simd.splat_f32s(self.offset));
+        let place = simd.min_f32s(simd.max_f32s(place, simd.splat_f32s(0.0)), last);
+        let blank = simd.less_than_f32s(squared, simd.splat_f32s(self.blanking_squared));
+        let place = simd.select_f32s(blank, last, place);
+        simd.transmute_u32s_f32s(simd.add_f32s(place, simd.splat_f32s(INTEGER)))
     }
 }

@@ -17,30 +17,63 @@ const SQUARE_ERROR: f64 = 1e-13;
 /// How near to a grid line the axis is left to the definition [cells].
 const NEAR: f64 = 1e-6;
 
+/// Rows whose runs are found together, by vector arithmetic.
+pub(crate) const BLOCK_ROWS: usize = 8;
+
 /// The sector of one beam on the lattice of cells [cells]: cell (i, j) covers `[i, i+1) x [j, j+1)`, i to the
 /// right, j up.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Footprint {
     apex: [f64; 2],
     beam: Beam,
-    /// The cone's clockwise and counter-clockwise edges.
-    edges: [Edge; 2],
+    /// Directions of the cone's clockwise and counter-clockwise edges.
+    edges: [[f64; 2]; 2],
+    /// What they say about the least x of a row.
+    lower: [Bound; 2],
+    /// What they say about the largest.
+    upper: [Bound; 2],
     /// x per y along the axis.
     axis_slope: f64,
     /// How exactly that gives x.
     axis_error: f64,
 }
 
-/// An edge of the cone: a bound of each row's x.
+/// A bound of x in the row at y, somewhere in `y * slope + low ..= y * slope + high`.
 #[derive(Debug, Clone, Copy)]
-struct Edge {
-    direction: [f64; 2],
-    /// x per y.
+struct Bound {
     slope: f64,
-    /// How exactly that gives x.
-    error: f64,
-    /// Whether it bounds a row from above.
-    upper: bool,
+    low: f64,
+    high: f64,
+}
+
+/// One run of touched cells for each row of a block, as columns of the lattice.
+#[derive(Debug)]
+pub(crate) struct Runs {
+    pub(crate) first: [i64; BLOCK_ROWS],
+    pub(crate) end: [i64; BLOCK_ROWS],
+    /// 0 where the run is not surely all that [`Footprint::row`] gives, 1 where it is. (As wide as the others,
+    /// for the vectors' sake.)
+    pub(crate) sure: [i64; BLOCK_ROWS],
+}
+
+/// First and last cell of a row in the cone.
+#[derive(Debug, Clone, Copy)]
+struct ConeEnds {
+    cells: [f64; 2],
+    /// Whether rounding cannot matter; else they are within these.
+    sure: bool,
+    /// From the apex; all x between them are in the cone.
+    inner: [f64; 2],
+}
+
+/// First and last cell of a row on the axis.
+#[derive(Debug, Clone, Copy)]
+struct AxisEnds {
+    cells: [f64; 2],
+    /// Whether rounding cannot matter; else they are within these.
+    sure: bool,
+    /// Whether there may be some, and some that are not the cone's.
+    counts: bool,
 }
 
 /// Cells of one row, as columns of the lattice.
@@ -59,6 +92,29 @@ pub(crate) struct Bounds {
     pub(crate) rows: Range<i64>,
 }
 
+impl Bound {
+    /// What an edge of a cone says about one side of a row. `turn` is 1 for the clockwise edge, -1 for the other;
+    /// `side` is 1 for the upper end, -1 for the lower.
+    fn new([cos, sin]: [f64; 2], turn: f64, side: f64, radius: f64) -> Self {
+        /// Farther than any cell.
+        const NOWHERE: f64 = 1e300;
+        // a point (x, y) is left of direction d where d.x y - d.y x >= 0, and right of it where <= 0
+        if turn * sin * side > 0.0 {
+            let error = radius * ANGLE_ERROR / sin.abs();
+            let slope = cos / sin;
+            let (low, high) = (-error, error);
+            Self { slope, low, high }
+        } else {
+            // a level edge leaves everything to the definition
+            let level = sin == 0.0 && side < 0.0;
+            let slope = 0.0;
+            let low = side * NOWHERE;
+            let high = if level { NOWHERE } else { low };
+            Self { slope, low, high }
+        }
+    }
+}
+
 impl Footprint {
     /// The footprint of a cone of full angle `width` (at most pi) and length `reach` [m] on a lattice whose
     /// corner is at `anchor`.
@@ -69,23 +125,27 @@ impl Footprint {
         let beam = Beam::new(beam.theta - anchor.theta, width, reach / resolution);
         let ([axis_cos, axis_sin], (half_sin, half_cos)) =
             (beam.direction, beam.half_angle.sin_cos());
+        // the axis turned clockwise, or the other way
         let edge = |turn: f64| {
-            // the axis turned clockwise, or the other way
-            let cos = axis_cos * half_cos + turn * axis_sin * half_sin;
-            let sin = axis_sin * half_cos - turn * axis_cos * half_sin;
-            Edge {
-                direction: [cos, sin],
-                slope: if sin == 0.0 { 0.0 } else { cos / sin },
-                error: beam.radius * ANGLE_ERROR / sin.abs(),
-                // a point (x, y) is left of direction d where d.x y - d.y x >= 0, and right of it where <= 0
-                upper: turn * sin > 0.0,
-            }
+            [
+                axis_cos * half_cos + turn * axis_sin * half_sin,
+                axis_sin * half_cos - turn * axis_cos * half_sin,
+            ]
+        };
+        let edges = [edge(1.0), edge(-1.0)];
+        let bound = |side| {
+            [
+                Bound::new(edges[0], 1.0, side, beam.radius),
+                Bound::new(edges[1], -1.0, side, beam.radius),
+            ]
         };
         let [dx, dy] = beam.tip;
         Self {
             apex: [to_place_step(x / resolution), to_place_step(y / resolution)],
             beam,
-            edges: [edge(1.0), edge(-1.0)],
+            edges,
+            lower: bound(-1.0),
+            upper: bound(1.0),
             axis_slope: if dy == 0.0 { 0.0 } else { dx / dy },
             // rows are taken larger by NEAR, too
             axis_error: NEAR
@@ -103,16 +163,27 @@ impl Footprint {
         const FAR: f64 = (1_u64 << 31) as f64;
         let mut low = [self.beam.tip[0].min(0.0), self.beam.tip[1].min(0.0)];
         let mut high = [self.beam.tip[0].max(0.0), self.beam.tip[1].max(0.0)];
-        let cardinals = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]];
-        let ends = self.edges.map(|e| e.direction);
-        for (k, d) in ends.into_iter().chain(cardinals).enumerate() {
-            if k >= ends.len() && !self.points_into(d) {
-                continue;
-            }
-            for k in 0..2 {
-                low[k] = low[k].min(d[k] * self.beam.radius);
-                high[k] = high[k].max(d[k] * self.beam.radius);
-            }
+        let [right, left] = self.edges;
+        for k in 0..2 {
+            low[k] = low[k]
+                .min(right[k] * self.beam.radius)
+                .min(left[k] * self.beam.radius);
+            high[k] = high[k]
+                .max(right[k] * self.beam.radius)
+                .max(left[k] * self.beam.radius);
+        }
+        // whether +x, +y, -x and -y point into the cone
+        if right[1] <= 0.0 && left[1] >= 0.0 {
+            high[0] = self.beam.radius;
+        }
+        if right[0] >= 0.0 && left[0] <= 0.0 {
+            high[1] = self.beam.radius;
+        }
+        if right[1] >= 0.0 && left[1] <= 0.0 {
+            low[0] = -self.beam.radius;
+        }
+        if right[0] <= 0.0 && left[0] >= 0.0 {
+            low[1] = -self.beam.radius;
         }
         let range = |k: usize| {
             let (from, to) = (
@@ -127,64 +198,120 @@ impl Footprint {
         })
     }
 
-    /// Whether a direction is inside the cone.
-    fn points_into(&self, d: [f64; 2]) -> bool {
-        let [right, left] = self.edges.map(|e| e.direction);
-        cross(right, d) >= 0.0 && cross(d, left) >= 0.0
-    }
-
     /// The cells of row `j` that the beam touches.
-    #[inline(always)]
     pub(crate) fn row(&self, j: i64) -> RowSpans {
         let bottom = j as f64 - self.apex[1];
-        let (cone, chord) = self.cone_cells(bottom + 0.5);
-        let mut axis = [0..0, 0..0];
-        if let Some((from, to)) = self.axis_chord(bottom) {
-            // Where the axis is half a cell or more inside the cone, its cells are the cone's.
-            let reserve = 0.5 + self.axis_error;
-            if !(chord.0 + reserve < from && to < chord.1 - reserve) {
-                axis = self.axis_cells(bottom, from, to, &cone);
-            }
+        let ends = self.cone_ends(bottom);
+        let axis_ends = self.axis_ends(bottom, ends.inner);
+        let (mut first, mut last) = (ends.cells[0] as i64, ends.cells[1] as i64);
+        if !ends.sure {
+            (first, last) = self.settle(first, last, bottom + 0.5);
         }
+        let cone = first..(last + 1).max(first);
+        if !axis_ends.counts {
+            let axis = [0..0, 0..0];
+            return RowSpans { cone, axis };
+        }
+        let (mut first, mut last) = (axis_ends.cells[0] as i64, axis_ends.cells[1] as i64);
+        if !axis_ends.sure {
+            (first, last) = self.settle_axis(first, last, bottom);
+        }
+        let end = last + 1;
+        let axis = if cone.is_empty() {
+            [first..end, end..end]
+        } else {
+            [first..end.min(cone.start), first.max(cone.end)..end]
+        };
         RowSpans { cone, axis }
     }
 
-    /// The cells whose centres, `y` above the apex, are in the cone, and between which x from the apex on all
-    /// surely are.
+    /// The cells of the rows from `j` on, the cone's and the axis's together.
     #[inline(always)]
-    fn cone_cells(&self, y: f64) -> (Range<i64>, (f64, f64)) {
-        let squared = self.beam.radius_squared - y * y;
-        if squared < 0.0 {
-            return (0..0, (1.0, -1.0));
+    pub(crate) fn runs(&self, j: i64) -> Runs {
+        let mut runs = Runs {
+            first: [0; BLOCK_ROWS],
+            end: [0; BLOCK_ROWS],
+            sure: [0; BLOCK_ROWS],
+        };
+        let bottom = j as f64 - self.apex[1];
+        // without a branch, or else it does not vectorise
+        for (k, step) in (0..BLOCK_ROWS).zip(0_i32..) {
+            let bottom = bottom + f64::from(step);
+            let cone = self.cone_ends(bottom);
+            let axis = self.axis_ends(bottom, cone.inner);
+            let ([from, to], [axis_from, axis_to]) = (cone.cells, axis.cells);
+            let empty = to < from;
+            let adjacent = (axis_from <= to + 1.0) & (axis_to >= from - 1.0);
+            let sure = cone.sure & (!axis.counts | (axis.sure & (empty | adjacent)));
+            let both = if empty {
+                [axis_from, axis_to]
+            } else {
+                [least(from, axis_from), most(to, axis_to)]
+            };
+            let [first, last] = if axis.counts { both } else { [from, to] };
+            runs.first[k] = to_integer(first);
+            runs.end[k] = to_integer(last + 1.0);
+            runs.sure[k] = i64::from(sure);
         }
+        runs
+    }
+
+    /// The cells in the cone of the row that starts `bottom` above the apex: those whose centres are in it.
+    #[inline(always)]
+    fn cone_ends(&self, bottom: f64) -> ConeEnds {
+        let y = bottom + 0.5;
+        let squared = self.beam.radius_squared - y * y;
         let error = self.beam.radius_squared * SQUARE_ERROR;
-        let inner = squared - error;
-        let inner = if inner > 0.0 { inner.sqrt() } else { -1.0 };
-        let outer = (squared + error).sqrt();
+        let inner = most(squared - error, 0.0).sqrt();
+        let inner = if squared - error > 0.0 { inner } else { -1.0 };
+        let outer = most(squared + error, 0.0).sqrt();
+        let outer = if squared < 0.0 { -1.0 } else { outer };
         // Each end lies between an outer and an inner place.
         let (mut from, mut to) = ((-outer, -inner), (inner, outer));
-        for k in 0..2 {
-            let Edge {
-                slope,
-                error,
-                upper,
-                ..
-            } = self.edges[k];
-            let (low, high) = (y * slope - error, y * slope + error);
-            if upper {
-                to = (least(to.0, low), least(to.1, high));
-            } else {
-                from = (most(from.0, low), most(from.1, high));
-            }
+        for Bound { slope, low, high } in self.lower {
+            from = (
+                most(from.0, y * slope + low),
+                most(from.1, y * slope + high),
+            );
+        }
+        for Bound { slope, low, high } in self.upper {
+            to = (least(to.0, y * slope + low), least(to.1, y * slope + high));
         }
         let base = self.apex[0] - 0.5;
-        let mut first = (from.0 + base).ceil() as i64;
-        let mut last = (to.1 + base).floor() as i64;
-        let sure = first == (from.1 + base).ceil() as i64 && last == (to.0 + base).floor() as i64;
-        if !sure {
-            (first, last) = self.settle(first, last, y);
+        let cells = [(from.0 + base).ceil(), (to.1 + base).floor()];
+        ConeEnds {
+            cells,
+            sure: (cells[0] >= (from.1 + base).ceil()) & (cells[1] <= (to.0 + base).floor()),
+            inner: [from.1, to.0],
         }
-        (first..(last + 1).max(first), (from.1, to.0))
+    }
+
+    /// The cells that the axis crosses in the row that starts `bottom` above the apex. `cone` is a part of the
+    /// cone in that row.
+    #[inline(always)]
+    fn axis_ends(&self, bottom: f64, cone: [f64; 2]) -> AxisEnds {
+        let [dx, dy] = self.beam.tip;
+        let (start, end) = (least(dy, 0.0), most(dy, 0.0));
+        let low = most(bottom - NEAR, start);
+        let high = least(bottom + 1.0 + NEAR, end);
+        let (a, b) = (low * self.axis_slope, high * self.axis_slope);
+        // rounding must not carry the ends past the tip of a nearly horizontal axis
+        let from = most(least(a, b) - self.axis_error, least(dx, 0.0) - NEAR);
+        let to = least(most(a, b) + self.axis_error, most(dx, 0.0) + NEAR);
+        // Where the axis is half a cell or more inside the cone, its cells are the cone's.
+        let reserve = 0.5 + self.axis_error;
+        let inside = (cone[0] + reserve < from) & (to < cone[1] - reserve);
+        let (from, to) = (from + self.apex[0] - NEAR, to + self.apex[0] + NEAR);
+        let cells = [from.floor(), to.floor()];
+        let error = 2.0 * self.axis_error + 4.0 * NEAR;
+        let well_in_row = most(bottom, start) + 4.0 * NEAR < least(bottom + 1.0, end);
+        AxisEnds {
+            cells,
+            sure: (cells[0] >= (from + error).floor())
+                & (cells[1] <= (to - error).floor())
+                & well_in_row,
+            counts: (low <= high) & !inside,
+        }
     }
 
     /// Takes from both ends of a row what the definition says is outside the cone.
@@ -199,53 +326,6 @@ impl Footprint {
             last -= 1;
         }
         (first, last)
-    }
-
-    /// Where the axis is in the row that starts `bottom` above the apex, from the apex on, up to
-    /// `axis_error`.
-    #[inline(always)]
-    fn axis_chord(&self, bottom: f64) -> Option<(f64, f64)> {
-        let [dx, dy] = self.beam.tip;
-        let low = most(bottom - NEAR, least(dy, 0.0));
-        let high = least(bottom + 1.0 + NEAR, most(dy, 0.0));
-        if low > high {
-            return None;
-        }
-        let (left, right) = (least(dx, 0.0), most(dx, 0.0));
-        if dy == 0.0 {
-            return Some((left, right));
-        }
-        let (a, b) = (low * self.axis_slope, high * self.axis_slope);
-        let (from, to) = (least(a, b) - self.axis_error, most(a, b) + self.axis_error);
-        // rounding must not carry the ends past the tip of a nearly horizontal axis
-        Some((most(from, left - NEAR), least(to, right + NEAR)))
-    }
-
-    /// The cells that the axis crosses between two columns and that are not the cone's.
-    #[inline(always)]
-    fn axis_cells(&self, bottom: f64, from: f64, to: f64, cone: &Range<i64>) -> [Range<i64>; 2] {
-        let (from, to) = (from + self.apex[0] - NEAR, to + self.apex[0] + NEAR);
-        let (mut first, mut last) = (from.floor() as i64, to.floor() as i64);
-        let error = 2.0 * self.axis_error + 4.0 * NEAR;
-        let sure = first == (from + error).floor() as i64
-            && last == (to - error).floor() as i64
-            && self.axis_is_inside(bottom);
-        if !sure {
-            (first, last) = self.settle_axis(first, last, bottom);
-        }
-        let end = last + 1;
-        if cone.is_empty() {
-            [first..end, end..end]
-        } else {
-            [first..end.min(cone.start), first.max(cone.end)..end]
-        }
-    }
-
-    /// Whether part of the axis is well inside the row that starts `bottom` above the apex.
-    #[inline(always)]
-    fn axis_is_inside(&self, bottom: f64) -> bool {
-        let dy = self.beam.tip[1];
-        most(bottom, least(dy, 0.0)) + 4.0 * NEAR < least(bottom + 1.0, most(dy, 0.0))
     }
 
     /// Takes from both ends of a row what the definition says the axis does not cross.
@@ -263,6 +343,14 @@ impl Footprint {
     }
 }
 
+/// An integer from a number that is one, in a way that vectorises: adding 2^52 and a half of that leaves it in
+/// the low bits.
+#[inline(always)]
+fn to_integer(x: f64) -> i64 {
+    const OFFSET: f64 = 6_755_399_441_055_744.0;
+    (x + OFFSET).to_bits() as i64 - OFFSET.to_bits() as i64
+}
+
 /// The smaller of two numbers; one instruction, as neither is NaN.
 #[inline(always)]
 fn least(a: f64, b: f64) -> f64 {
@@ -273,8 +361,4 @@ fn least(a: f64, b: f64) -> f64 {
 #[inline(always)]
 fn most(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
-}
-
-fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
-    a[0] * b[1] - a[1] * b[0]
 }

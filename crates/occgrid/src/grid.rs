@@ -4,8 +4,9 @@ use std::ops::Range;
 
 use thiserror::Error;
 
-use crate::evidence::{EMPTY_BINS, EvidenceTables, RangeEvidence};
-use crate::footprint::{Bounds, Footprint, RowSpans};
+use crate::add::{AddShots, BATCH, Prepared, joined};
+use crate::evidence::{EvidenceTables, RangeEvidence};
+use crate::footprint::{Bounds, Footprint};
 use crate::frame::MAX_SIDE_CELLS;
 use crate::{Cell, FrameError, MapFrame, Point2, Pose2, Shot, SonarModel, SonarModelError};
 
@@ -90,7 +91,7 @@ pub struct OccupancyGrid {
     anchor: Pose2,
     /// What the frame covers on the lattice; `None` before the first evidence.
     covered: Option<Bounds>,
-    tables: Option<EvidenceTables>,
+    tables: Option<Box<EvidenceTables>>,
 }
 
 impl OccupancyGrid {
@@ -194,13 +195,7 @@ impl OccupancyGrid {
     /// # Errors
     /// [`GridError`]; the grid is then unchanged.
     pub fn update(&mut self, model: &SonarModel, shot: &Shot) -> Result<(), GridError> {
-        let tables = match self.tables.take() {
-            Some(tables) if tables.is_for(model, self.frame.resolution()) => tables,
-            _ => EvidenceTables::new(model, self.frame.resolution())?,
-        };
-        let result = self.update_with(&tables, model, shot);
-        self.tables = Some(tables);
-        result
+        self.integrate(model, std::slice::from_ref(shot))
     }
 
     /// Adds the evidence of many shots. The result does not depend on their order, bit for bit, as long
@@ -209,7 +204,13 @@ impl OccupancyGrid {
     /// # Errors
     /// The first [`GridError`]; the shots before it have been added.
     pub fn integrate(&mut self, model: &SonarModel, shots: &[Shot]) -> Result<(), GridError> {
-        shots.iter().try_for_each(|shot| self.update(model, shot))
+        let tables = match self.tables.take() {
+            Some(tables) if tables.is_for(model, self.frame.resolution()) => tables,
+            _ => Box::new(EvidenceTables::new(model, self.frame.resolution())?),
+        };
+        let result = self.integrate_with(&tables, model, shots);
+        self.tables = Some(tables);
+        result
     }
 
     /// The evidence that one shot gives to one cell [log-odds], whether or not it has been added; 0 for a
@@ -263,15 +264,47 @@ impl OccupancyGrid {
         )
     }
 
-    fn update_with(
+    /// In batches of consecutive shots whose rows overlap or touch.
+    fn integrate_with(
         &mut self,
         tables: &EvidenceTables,
         model: &SonarModel,
-        shot: &Shot,
+        shots: &[Shot],
     ) -> Result<(), GridError> {
+        let mut batch: Vec<Prepared<'_>> = Vec::with_capacity(shots.len().min(BATCH));
+        let mut rows = 0..0;
+        let mut result = Ok(());
+        for shot in shots {
+            match self.prepare(tables, model, shot) {
+                Ok(Some(next)) => {
+                    let all = joined(&rows, &next.bounds.rows).filter(|_| batch.len() < BATCH);
+                    if all.is_none() {
+                        self.add(&mut batch, rows);
+                    }
+                    rows = all.unwrap_or_else(|| next.bounds.rows.clone());
+                    batch.push(next);
+                }
+                Ok(None) => {}
+                Err(error) => {
+                    result = Err(error);
+                    break;
+                }
+            }
+        }
+        self.add(&mut batch, rows);
+        result
+    }
+
+    /// Makes room for a shot.
+    fn prepare<'a>(
+        &mut self,
+        tables: &'a EvidenceTables,
+        model: &SonarModel,
+        shot: &Shot,
+    ) -> Result<Option<Prepared<'a>>, GridError> {
         check_shot(shot)?;
         let Some(evidence) = tables.of(shot.reading) else {
-            return Ok(());
+            return Ok(None);
         };
         let footprint = self.footprint(model, shot, &evidence);
         let bounds = footprint.bounds().ok_or(GridError::TooLarge {
@@ -279,27 +312,28 @@ impl OccupancyGrid {
             height: u64::MAX,
             max_cells: self.limits.max_cells,
         })?;
-        let covered = self.grow(&bounds)?;
-        pulp::Arch::new().dispatch(AddShot {
-            evidence: &evidence,
-            footprint: &footprint,
-            bounds,
-            covered,
-            width: self.frame.width() as usize,
-            log_odds: &mut self.log_odds,
-        });
-        Ok(())
+        self.grow(&bounds)?;
+        Ok(Some(Prepared::new(evidence, footprint, bounds)))
     }
 
-    /// Makes the grid cover a rectangle of the lattice, in whole blocks; returns what it covers then.
-    fn grow(&mut self, needed: &Bounds) -> Result<Bounds, GridError> {
+    /// Adds prepared shots, which lie in `rows`, and forgets them.
+    fn add(&mut self, shots: &mut Vec<Prepared<'_>>, rows: Range<i64>) {
+        if let Some(covered) = &self.covered {
+            let work = AddShots::new(shots, rows, &mut self.log_odds, covered);
+            pulp::Arch::new().dispatch(work);
+        }
+        shots.clear();
+    }
+
+    /// Makes the grid cover a rectangle of the lattice, in whole blocks.
+    fn grow(&mut self, needed: &Bounds) -> Result<(), GridError> {
         let old = self.covered.clone();
         let new = Bounds {
             cols: extended(old.as_ref().map(|b| &b.cols), &needed.cols),
             rows: extended(old.as_ref().map(|b| &b.rows), &needed.rows),
         };
         if old.as_ref() == Some(&new) {
-            return Ok(new);
+            return Ok(());
         }
         let width = (new.cols.end - new.cols.start) as u64;
         let height = (new.rows.end - new.rows.start) as u64;
@@ -336,48 +370,8 @@ impl OccupancyGrid {
         }
         self.frame = frame;
         self.log_odds = log_odds;
-        self.covered = Some(new.clone());
-        Ok(new)
-    }
-}
-
-/// One shot into the cells of a grid that covers it, to be run with the machine's widest registers. (A
-/// struct, for a closure is not inlined into the function that may use them.)
-struct AddShot<'a> {
-    evidence: &'a RangeEvidence<'a>,
-    footprint: &'a Footprint,
-    /// Of the shot.
-    bounds: Bounds,
-    /// Of the grid.
-    covered: Bounds,
-    width: usize,
-    log_odds: &'a mut [f32],
-}
-
-impl pulp::NullaryFnOnce for AddShot<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        let [x, y] = self.footprint.apex();
-        let mut bins = EMPTY_BINS;
-        for j in self.bounds.rows {
-            let RowSpans { cone, axis } = self.footprint.row(j);
-            let row = (self.covered.rows.end - 1 - j) as usize * self.width;
-            let cells = &mut self.log_odds[row..row + self.width];
-            let y = j as f64 + 0.5 - y;
-            let column = |i: i64| (i - self.covered.cols.start) as usize;
-            if !cone.is_empty() {
-                let run = &mut cells[column(cone.start)..column(cone.end)];
-                let x = cone.start as f64 + 0.5 - x;
-                self.evidence.add_to(run, x, y, &mut bins);
-            }
-            for span in axis {
-                for i in span {
-                    cells[column(i)] += self.evidence.at(i as f64 + 0.5 - x, y);
-                }
-            }
-        }
+        self.covered = Some(new);
+        Ok(())
     }
 }
 

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod add;
 mod evidence;
 mod explain;
 mod footprint;

@@ -10,15 +10,25 @@
 //! stands square to the beam, so the causes are short surfaces tangent to the arc (regions of constant depth:
 //! Leonard and Durrant-Whyte, "Directed sonar sensing for mobile robot navigation", 1992).
 //!
-//! Per pass and shot, from the beliefs of all other shots:
-//! 1. which part of the arc reflected (its places least known to be free, near the axis rather than the edge);
+//! A smooth wall is silent at a slant, so what passes says little against a wall that it would have grazed: each place
+//! may be free, or a wall of one of four turns, and evidence is kept for each turn apart. Rooms are mostly right-angled:
+//! the main direction is the one on whose walls echoes from different places agree and with which the log is explained
+//! best. And walls go on straight: along each turn, wall and no wall alternate as a Markov chain.
+//!
+//! Per pass and shot, from the beliefs of all other shots and of the places along the same walls:
+//! 1. which part of the arc reflected (its places least known to be free, the way to them least blocked, facing the
+//!    sonar, near the axis rather than the edge);
 //! 2. whether the echo is true (arc not known to be free, nothing known in the way);
-//! 3. from both, the evidence for each cell: passed, hit, or nothing.
+//! 3. from both, the evidence for each cell and turn: passed, hit, or nothing.
 
 mod beam;
+mod heading;
 mod lattice;
+mod lines;
 mod params;
+mod passes;
 mod rays;
+mod turns;
 
 use thiserror::Error;
 
@@ -30,20 +40,14 @@ use crate::{
 use beam::Scratch;
 use lattice::Lattice;
 pub use params::RefineParams;
-use rays::Ray;
+use passes::Beliefs;
 
-/// Strongest belief that one shot may hold about its own arc or about what is in its way [log-odds].
-const BELIEF_LIMIT: f64 = 6.0;
-/// Beliefs of single cells count up to here when the parts of an arc are compared [log-odds].
-const CELL_LIMIT: f32 = 4.0;
-/// Share of a shot's last hidden state that stays in the next pass: keeps pairs of shots from swinging.
-const DAMPING: f64 = 0.3;
 /// Slope at which evidence for free counts, from the doubt up to its full value.
 const RAMP: f64 = 50.0;
 /// Slope of what is left of doubtful evidence: keeps its order.
 const GUESS: f64 = 0.02;
-/// Evidence for occupied that counts as doubtful still [log-odds].
-const SLIGHT: f64 = 0.1;
+/// Evidence for occupied that counts as doubtful still: in test rooms, half of such places are wall [log-odds].
+const SLIGHT: f64 = 1.5;
 
 /// Why a refinement was refused.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -76,8 +80,9 @@ pub enum RefineError {
 ///
 /// The result does not depend on the order of the shots, nor on what `plain` holds: only its frame counts.
 /// Readings that are no evidence under the model are left out. Time: at most [`RefineParams::max_visits`]
-/// visits of shots to cells, each pass linear in the area of all beams; memory: 24 bytes a cell of the working
-/// lattice, whose cells are about 5 cm where the map's are larger, and about 150 bytes a shot.
+/// visits of shots to cells and a tenth more for the main direction, each pass linear in the area of all beams and in
+/// the cells; memory: 60 bytes a cell of the working lattice, whose cells are about 5 cm where the map's are larger,
+/// and about 200 bytes a shot.
 ///
 /// ```
 /// use occgrid::{OccupancyGrid, Point2, Pose2, Reading, RefineParams, Shot, SonarModel, refine};
@@ -113,11 +118,11 @@ pub fn refine(
 pub struct Refinement {
     grid: OccupancyGrid,
     lattice: Lattice,
-    /// Evidence on the fine lattice.
-    sums: Vec<f64>,
+    beliefs: Beliefs,
+    /// Evidence for a wall of any turn on the fine lattice, from all sides.
+    any: Vec<f32>,
     model: SonarModel,
     params: RefineParams,
-    rays: Vec<Ray>,
     shots: Vec<Shot>,
 }
 
@@ -136,30 +141,27 @@ impl Refinement {
         model.validate()?;
         let frame = *plain.frame();
         let lattice = Lattice::new(&frame, plain.limits())?;
-        let fine = lattice.fine;
-        let mut rays = rays::prepare(shots, model, params, fine.resolution())?;
-        let mut scratch = Scratch::new(fine, model, params);
-        let mut sums = vec![0.0_f64; fine.cell_count()];
-        for _ in 0..params.iterations {
-            let mut next = vec![0.0_f64; sums.len()];
-            for ray in &mut rays {
-                pass(ray, &mut scratch, &sums, &mut next, params);
-            }
-            sums = next;
-        }
+        let rays = rays::prepare(shots, model, params, lattice.fine.resolution())?;
+        let mut scratch = Scratch::new(lattice.fine, model, params);
+        let main = passes::main_direction(&rays, &mut scratch, &lattice.fine, model, params);
+        let beliefs = passes::explain_log(rays, &mut scratch, &lattice.fine, main, params);
+        let any = beliefs.any();
         let cells = (0..frame.height())
             .flat_map(|row| (0..frame.width()).map(move |col| Cell { col, row }));
         let log_odds = cells
-            .map(|cell| finish(lattice.evidence(&sums, cell), params))
+            .map(|cell| {
+                let strongest = lattice.strongest(&any, cell);
+                finish(mean(&strongest, |at| f64::from(any[at])), params)
+            })
             .collect();
         let grid = OccupancyGrid::from_log_odds(frame, log_odds)?.with_limits(plain.limits());
         Ok(Self {
             grid,
             lattice,
-            sums,
+            beliefs,
+            any,
             model: *model,
             params: *params,
-            rays,
             shots: shots.to_vec(),
         })
     }
@@ -181,19 +183,23 @@ impl Refinement {
     #[must_use]
     pub fn trust(&self) -> Vec<Option<f64>> {
         let mut trust = vec![None; self.shots.len()];
-        for ray in &self.rays {
+        for ray in &self.beliefs.rays {
             trust[ray.shot] = Some(ray.trust);
         }
         trust
     }
 
-    /// The evidence for a cell [log-odds], before [`RefineParams::doubt`] and the gains turned it into the map's.
+    /// What all shots together say of a cell, for a wall that stands as is likeliest there [log-odds]: before the places
+    /// along that wall are asked too, and before [`RefineParams::doubt`] and the gains turn it into the map's.
     ///
     /// # Panics
     /// If the cell is outside the grid.
     #[must_use]
     pub fn evidence(&self, cell: Cell) -> f64 {
-        self.lattice.evidence(&self.sums, cell)
+        let strongest = self.lattice.strongest(&self.any, cell);
+        mean(&strongest, |at| {
+            f64::from(self.beliefs.sums[at][self.beliefs.likeliest(at)])
+        })
     }
 
     /// What every shot gives to a cell, strongest first: its share of [`Self::evidence`], to rounding. Time: as
@@ -210,16 +216,17 @@ impl Refinement {
             cell.col,
             cell.row
         );
-        let parts = self.lattice.strongest(&self.sums, cell);
+        let parts = self.lattice.strongest(&self.any, cell);
         let mut scratch = Scratch::new(self.lattice.fine, &self.model, &self.params);
+        scratch.face(self.beliefs.turns.clone());
         let mut found = Vec::new();
-        for ray in &self.rays {
+        for ray in &self.beliefs.rays {
             scratch.collect(ray);
             scratch.cover(&ray.shares);
             let messages = scratch.messages(ray.trust);
             let sum: f64 = messages
                 .filter(|(at, _)| parts.contains(at))
-                .map(|(_, m)| f64::from(m))
+                .map(|(at, m)| f64::from(m[self.beliefs.likeliest(at as usize)]))
                 .sum();
             let log_odds = (ray.weight * sum / parts.len() as f64) as f32;
             if log_odds != 0.0 {
@@ -238,37 +245,9 @@ impl Refinement {
     }
 }
 
-/// One shot in one pass: takes its own last message out of the sums, explains its reading by what the others
-/// believe, and adds its new message.
-fn pass(
-    ray: &mut Ray,
-    scratch: &mut Scratch,
-    sums: &[f64],
-    next: &mut [f64],
-    params: &RefineParams,
-) {
-    scratch.collect(ray);
-    scratch.cover(&ray.shares);
-    scratch.beliefs_of_others(sums, ray.trust, ray.weight);
-    let blocked = scratch.blocked(params.prior);
-    let mut log_ratio = -blocked.min(BELIEF_LIMIT);
-    let false_share = if ray.echo {
-        let (support, shares) = scratch.explain_arc(CELL_LIMIT);
-        log_ratio += support.clamp(-BELIEF_LIMIT, BELIEF_LIMIT);
-        for (old, new) in ray.shares.iter_mut().zip(shares) {
-            *old = (DAMPING as f32) * *old + (1.0 - DAMPING as f32) * new;
-        }
-        params.false_echoes
-    } else {
-        params.false_silences
-    };
-    let prior = ((1.0 - false_share) / false_share).ln();
-    let trust = 1.0 / (1.0 + (-(prior + log_ratio)).exp());
-    ray.trust = DAMPING * ray.trust + (1.0 - DAMPING) * trust;
-    scratch.cover(&ray.shares);
-    for (index, message) in scratch.messages(ray.trust) {
-        next[index as usize] += ray.weight * f64::from(message);
-    }
+fn mean(indices: &[u32], value: impl Fn(usize) -> f64) -> f64 {
+    let sum: f64 = indices.iter().map(|&at| value(at as usize)).sum();
+    sum / indices.len() as f64
 }
 
 /// Log-odds of a cell from the sum of its messages, monotone but for the untouched cells, which stay at 0. Past the

@@ -5,6 +5,8 @@
 //! carries their SHA-256 replaces the old YAML in one rename. That rename is the commit. After it,
 //! `NAME.npy` is published and older generations are removed.
 
+mod names;
+
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -12,8 +14,8 @@ use std::time::{Duration, Instant};
 
 use atomic_write_file::{AtomicWriteFile, OpenOptions};
 
-use crate::map_file_error::quoted;
-use crate::map_server::{folder_of, sum_of};
+use self::names::Names;
+use crate::map_server::sum_of;
 use crate::map_yaml::{FileSum, MapYaml};
 use crate::{CellState, MapFileError, MapFrame, MapMode, OccupancyMap, npy};
 
@@ -177,6 +179,10 @@ impl Staged {
     }
 }
 
+/// Time between two tries for the lock: shorter than a save, so that one that saves again and again starves
+/// nobody.
+const LOCK_POLL: Duration = Duration::from_micros(500);
+
 /// Longest wait for another save into the same folder.
 const LOCK_PATIENCE: Duration = Duration::from_secs(10);
 
@@ -190,7 +196,7 @@ fn lock(folder: &Path) -> Result<Option<File>, MapFileError> {
         match opened.try_lock() {
             Ok(()) => return Ok(Some(opened)),
             Err(TryLockError::WouldBlock) if start.elapsed() < LOCK_PATIENCE => {
-                std::thread::sleep(Duration::from_millis(5));
+                std::thread::sleep(LOCK_POLL);
             }
             Err(TryLockError::WouldBlock) => {
                 let e = io::Error::new(io::ErrorKind::WouldBlock, "another save holds the folder");
@@ -199,164 +205,6 @@ fn lock(folder: &Path) -> Result<Option<File>, MapFileError> {
             Err(TryLockError::Error(_)) => return Ok(None),
         }
     }
-}
-
-/// The names that belong to one map.
-struct Names {
-    folder: PathBuf,
-    yaml: PathBuf,
-    /// `NAME` of `NAME.yaml`.
-    stem: String,
-}
-
-/// The extensions of files that are written beside a YAML.
-const BESIDE: [&str; 3] = ["pgm", "png", "npy"];
-
-/// Digits of a generation, at least.
-const DIGITS: usize = 6;
-
-impl Names {
-    fn new(yaml: &Path) -> Result<Self, MapFileError> {
-        let refused = |found: &str| {
-            let expected = "a name such as map.yaml";
-            MapFileError::content(yaml, "file name", expected, quoted(found))
-        };
-        let name = yaml.file_name().unwrap_or_default();
-        let Some(name) = name.to_str() else {
-            return Err(refused(&name.to_string_lossy()));
-        };
-        let (stem, extension) = name.rsplit_once('.').unwrap_or((name, ""));
-        let looks_like_ours = stem
-            .rsplit_once('.')
-            .is_some_and(|(_, digits)| generation_of(digits).is_some());
-        let clash = BESIDE.contains(&extension) || extension == "bmp";
-        if stem.is_empty() || clash || looks_like_ours || name.contains(char::is_control) {
-            return Err(refused(name));
-        }
-        Ok(Self {
-            folder: folder_of(yaml).to_path_buf(),
-            yaml: yaml.to_path_buf(),
-            stem: stem.to_owned(),
-        })
-    }
-
-    fn file(&self, generation: Option<u64>, extension: &str) -> String {
-        match generation {
-            Some(number) => format!("{}.{number:0DIGITS$}.{extension}", self.stem),
-            None => format!("{}.{extension}", self.stem),
-        }
-    }
-
-    /// The generation of a file written beside this YAML.
-    fn generation(&self, name: &str) -> Option<u64> {
-        let rest = name.strip_prefix(&self.stem)?.strip_prefix('.')?;
-        let (digits, extension) = rest.split_once('.')?;
-        BESIDE.contains(&extension).then_some(())?;
-        generation_of(digits)
-    }
-
-    /// Whether this is a temporary file of an interrupted save: `.FINAL.XXXXXX`.
-    fn is_leftover(&self, name: &str) -> bool {
-        let Some((target, random)) = name.strip_prefix('.').and_then(|n| n.rsplit_once('.')) else {
-            return false;
-        };
-        let is_random = random.len() == 6 && random.bytes().all(|b| b.is_ascii_alphanumeric());
-        let is_ours = self.yaml.file_name().is_some_and(|yaml| yaml == target)
-            || self.generation(target).is_some()
-            || BESIDE.iter().any(|e| self.file(None, e) == target);
-        is_random && is_ours
-    }
-
-    fn names_in_folder(&self) -> io::Result<Vec<String>> {
-        let mut names = Vec::new();
-        for entry in fs::read_dir(&self.folder)? {
-            names.extend(entry?.file_name().into_string());
-        }
-        Ok(names)
-    }
-
-    fn newest_generation(&self) -> Result<u64, MapFileError> {
-        let names = self
-            .names_in_folder()
-            .map_err(|e| MapFileError::io(&self.folder, "list", e))?;
-        let generations = names.iter().filter_map(|name| self.generation(name));
-        Ok(generations.max().unwrap_or(0))
-    }
-
-    /// Whether the YAML in place was saved with log-odds.
-    fn had_log_odds(&self) -> bool {
-        fs::read_to_string(&self.yaml)
-            .is_ok_and(|text| FileSum::all_of(&text).any(|file| file.name.ends_with(".npy")))
-    }
-
-    /// Makes `NAME.npy` the committed log-odds, or removes it where the map has none any more.
-    fn publish(
-        &self,
-        array_path: Option<&Path>,
-        array: Option<&[u8]>,
-        had_log_odds: bool,
-        notes: &mut Vec<String>,
-    ) {
-        let published = self.folder.join(self.file(None, "npy"));
-        let result = match (array_path, array) {
-            (Some(path), Some(_)) if path == published => Ok(()),
-            (Some(path), Some(bytes)) => self.link(path, &published).or_else(|_| {
-                // file systems without hard links get a copy
-                let copy = Staged::new(&published, bytes).and_then(Staged::commit);
-                copy.map_err(|e| e.to_string())
-            }),
-            _ if had_log_odds => match fs::remove_file(&published) {
-                Err(e) if e.kind() != io::ErrorKind::NotFound => Err(e.to_string()),
-                _ => Ok(()),
-            },
-            _ => Ok(()),
-        };
-        if let Err(e) = result {
-            notes.push(format!("{}: {e}", crate::map_file_error::shown(&published)));
-        }
-    }
-
-    fn link(&self, path: &Path, published: &Path) -> Result<(), String> {
-        // the name of a leftover, so that an interrupted save's is removed by the next
-        let between = self.folder.join(format!(".{}.npy.linked", self.stem));
-        let linked = || {
-            let _ = fs::remove_file(&between);
-            fs::hard_link(path, &between)?;
-            fs::rename(&between, published)
-        };
-        linked().map_err(|e: io::Error| e.to_string())
-    }
-
-    /// Removes older generations and what interrupted saves left.
-    fn tidy(&self, current: Option<u64>, notes: &mut Vec<String>) {
-        let names = match self.names_in_folder() {
-            Ok(names) => names,
-            Err(e) => {
-                notes.push(format!(
-                    "{}: {e}",
-                    crate::map_file_error::shown(&self.folder)
-                ));
-                return;
-            }
-        };
-        for name in names {
-            let old = self.generation(&name).is_some_and(|g| Some(g) != current);
-            if !old && !self.is_leftover(&name) {
-                continue;
-            }
-            if let Err(e) = fs::remove_file(self.folder.join(&name)) {
-                notes.push(format!("{}: {e}", quoted(&name)));
-            }
-        }
-    }
-}
-
-fn generation_of(digits: &str) -> Option<u64> {
-    let is_number = digits.len() >= DIGITS && digits.bytes().all(|b| b.is_ascii_digit());
-    // far from the end, so that the next one exists
-    is_number
-        .then(|| digits.parse().ok())?
-        .filter(|&n: &u64| n < u64::MAX / 2)
 }
 
 fn extension(mode: MapMode) -> &'static str {

@@ -1,7 +1,6 @@
 //! Lines of the picture as lines on the floor and as verticals.
 
-use super::FloorView;
-use crate::Segment;
+use crate::{FloorView, Segment};
 
 /// Directions on the floor are sorted into this many bins a quarter turn.
 const BINS: usize = 45;
@@ -11,28 +10,22 @@ const SAME_WAY: f64 = 0.1;
 const BEHIND: f64 = 0.5;
 
 pub(super) struct Plane {
-    pixel_to_floor: [[f64; 3]; 3],
-    nadir: [f64; 3],
+    view: FloorView,
 }
 
 impl Plane {
     pub(super) fn new(view: &FloorView) -> Self {
-        Self {
-            pixel_to_floor: view.pixel_to_floor,
-            nadir: view.nadir,
-        }
+        Self { view: *view }
     }
 
-    pub(super) fn floor_point(&self, [u, v]: [f64; 2]) -> Option<[f64; 2]> {
-        let [x, y, d] = self.pixel_to_floor.map(|r| r[0] * u + r[1] * v + r[2]);
-        let point = [x / d, y / d];
-        (d > 0.0 && point.iter().all(|c| c.is_finite())).then_some(point)
+    pub(super) fn floor_point(&self, pixel: [f64; 2]) -> Option<[f64; 2]> {
+        self.view.floor_point(pixel)
     }
 
     /// Unit direction in the picture from a pixel towards the nadir: down along a vertical, and on the floor
     /// towards the camera's foot.
     pub(super) fn down(&self, [u, v]: [f64; 2]) -> [f64; 2] {
-        let [a, b, w] = self.nadir;
+        let [a, b, w] = self.view.nadir;
         let sign = if w < 0.0 || (w == 0.0 && b < 0.0) {
             -1.0
         } else {

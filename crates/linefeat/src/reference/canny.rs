@@ -2,30 +2,67 @@
 
 use image::{GrayImage, Luma};
 
-use crate::{CannyParams, Norm, reference::gradient::sobel};
+use crate::{CannyParams, ModifiedCannyParams, Norm, Region, reference::gradient::sobel};
 
 /// 0 and 255 as `cv2.Canny` gives them.
 #[must_use]
 pub fn canny(image: &GrayImage, params: &CannyParams) -> GrayImage {
+    inside(image, params, &Region::Whole)
+}
+
+/// 0 and 255 of the modified form.
+#[must_use]
+pub fn canny_modified(image: &GrayImage, params: &ModifiedCannyParams) -> GrayImage {
+    inside(image, &chosen(image, params), &params.region)
+}
+
+/// The thresholds of the modified form.
+#[must_use]
+pub fn chosen(image: &GrayImage, params: &ModifiedCannyParams) -> CannyParams {
+    let mut magnitudes = Vec::new();
+    for (u, v, _) in image.enumerate_pixels() {
+        if v % 4 == 0 && params.region.contains(u, v) {
+            let (gx, gy) = sobel(image, u, v);
+            magnitudes.push(gx.abs() + gy.abs());
+        }
+    }
+    magnitudes.sort_unstable_by(|a, b| b.cmp(a));
+    // one less than the last of those that must be above
+    let exceeded_by = |share: f64| {
+        let count = ((share * magnitudes.len() as f64).ceil() as usize).max(1);
+        f64::from(magnitudes.get(count - 1).map_or(0, |m| (m - 1).max(0)))
+    };
+    let high = exceeded_by(params.strong_share)
+        .max(params.noise_factor * exceeded_by(0.5))
+        .max(params.min_high);
+    CannyParams {
+        low: params.low_ratio * high,
+        high,
+        norm: Norm::L1,
+    }
+}
+
+fn inside(image: &GrayImage, params: &CannyParams, region: &Region) -> GrayImage {
     let (low, high) = params.limits();
     let (width, height) = image.dimensions();
+    let magnitudes = Magnitudes::of(image, params.norm);
+    let may_be = |u, v| {
+        region.contains(u, v) && magnitudes.at(u, v, 0, 0) > low && magnitudes.is_ridge(u, v)
+    };
     let mut out = GrayImage::new(width, height);
     let mut stack = Vec::new();
     for v in 0..height {
         for u in 0..width {
-            if is_ridge(image, params.norm, u, v) && magnitude(image, params.norm, u, v) > high {
+            if magnitudes.at(u, v, 0, 0) > high && may_be(u, v) {
                 out.put_pixel(u, v, Luma([255]));
                 stack.push((u, v));
             }
         }
     }
     while let Some((u, v)) = stack.pop() {
-        for v in v.saturating_sub(1)..=(v + 1).min(height - 1) {
-            for u in u.saturating_sub(1)..=(u + 1).min(width - 1) {
-                if out.get_pixel(u, v).0[0] == 0
-                    && magnitude(image, params.norm, u, v) > low
-                    && is_ridge(image, params.norm, u, v)
-                {
+        for v in v.saturating_sub(1)..(v + 2).min(height) {
+            for u in u.saturating_sub(1)..(u + 2).min(width) {
+                if out.get_pixel(u, v).0 == [0] && may_be(u, v) {
                     out.put_pixel(u, v, Luma([255]));
                     stack.push((u, v));
                 }
@@ -35,39 +72,56 @@ pub fn canny(image: &GrayImage, params: &CannyParams) -> GrayImage {
     out
 }
 
-/// Gradient magnitude (L1) or its square (L2).
-fn magnitude(image: &GrayImage, norm: Norm, u: u32, v: u32) -> i32 {
-    let (gx, gy) = sobel(image, u, v);
-    let (gx, gy) = (i32::from(gx), i32::from(gy));
-    match norm {
-        Norm::L1 => gx.abs() + gy.abs(),
-        Norm::L2 => gx * gx + gy * gy,
-    }
+/// Every pixel's gradient and magnitude (L2: squared).
+struct Magnitudes {
+    width: u32,
+    gradients: Vec<(i16, i16)>,
+    values: Vec<i32>,
 }
 
-/// Whether the magnitude is greatest along the gradient's direction, rounded to four directions.
-fn is_ridge(image: &GrayImage, norm: Norm, u: u32, v: u32) -> bool {
-    // tan 22.5 degrees in units of 2^-15
-    const TAN: i32 = 13573;
-    let at = |du: i64, dv: i64| {
-        let (u, v) = (i64::from(u) + du, i64::from(v) + dv);
-        let inside = (0..i64::from(image.width())).contains(&u)
-            && (0..i64::from(image.height())).contains(&v);
-        if inside {
-            magnitude(image, norm, u as u32, v as u32)
-        } else {
-            0
+impl Magnitudes {
+    fn of(image: &GrayImage, norm: Norm) -> Self {
+        let pixels = image.enumerate_pixels();
+        let gradients: Vec<_> = pixels.map(|(u, v, _)| sobel(image, u, v)).collect();
+        let magnitude = |&(gx, gy): &(i16, i16)| {
+            let (gx, gy) = (i32::from(gx), i32::from(gy));
+            match norm {
+                Norm::L1 => gx.abs() + gy.abs(),
+                Norm::L2 => gx * gx + gy * gy,
+            }
+        };
+        Self {
+            width: image.width(),
+            values: gradients.iter().map(magnitude).collect(),
+            gradients,
         }
-    };
-    let (gx, gy) = sobel(image, u, v);
-    let here = at(0, 0);
-    let (x, y) = (i32::from(gx).abs(), i32::from(gy).abs() << 15);
-    if y < x * TAN {
-        here > at(-1, 0) && here >= at(1, 0)
-    } else if y > x * TAN + (x << 16) {
-        here > at(0, -1) && here >= at(0, 1)
-    } else {
-        let s = if (gx ^ gy) < 0 { -1 } else { 1 };
-        here > at(-s, -1) && here > at(s, 1)
+    }
+
+    /// The magnitude at (u + du, v + dv), 0 outside the picture.
+    fn at(&self, u: u32, v: u32, du: i32, dv: i32) -> i32 {
+        match (u.checked_add_signed(du), v.checked_add_signed(dv)) {
+            (Some(u), Some(v)) if u < self.width => {
+                let at = v as usize * self.width as usize + u as usize;
+                self.values.get(at).copied().unwrap_or(0)
+            }
+            _ => 0,
+        }
+    }
+
+    /// Whether the magnitude is greatest along the gradient's direction, rounded to four directions.
+    fn is_ridge(&self, u: u32, v: u32) -> bool {
+        // tan 22.5 degrees in units of 2^-15
+        const TAN: i32 = 13573;
+        let (gx, gy) = self.gradients[v as usize * self.width as usize + u as usize];
+        let here = self.at(u, v, 0, 0);
+        let (x, y) = (i32::from(gx).abs(), i32::from(gy).abs() << 15);
+        if y < x * TAN {
+            here > self.at(u, v, -1, 0) && here >= self.at(u, v, 1, 0)
+        } else if y > x * TAN + (x << 16) {
+            here > self.at(u, v, 0, -1) && here >= self.at(u, v, 0, 1)
+        } else {
+            let s = if (gx ^ gy) < 0 { -1 } else { 1 };
+            here > self.at(u, v, -s, -1) && here > self.at(u, v, s, 1)
+        }
     }
 }

@@ -3,7 +3,10 @@
 use std::fs;
 
 use image::GrayImage;
-use linefeat::{Canny, CannyParams, EdgeMap, EdgePixel, Gradient, Norm, canny, reference};
+use linefeat::{
+    Canny, CannyParams, EdgeMap, EdgePixel, Gradient, ModifiedCannyParams, Norm, Region, canny,
+    canny_modified, reference,
+};
 
 use crate::pictures::{KINDS, gray, mix, picture, testdata};
 
@@ -105,7 +108,7 @@ fn consistent(image: &GrayImage, edges: &EdgeMap) {
         }
     }
     assert_eq!(pixels.next(), None);
-    if edges.width() % 64 != 0 {
+    if !edges.width().is_multiple_of(64) {
         for v in 0..edges.height() {
             let last = *edges.row(v).last().expect("a word");
             assert_eq!(last >> (edges.width() % 64), 0, "bits past the width");
@@ -137,6 +140,133 @@ fn edges_are_the_twins() {
         let want = reference::canny::canny(&image, &params);
         assert_eq!(edges.to_gray(), want, "case {case}: {params:?}");
         consistent(&image, &edges);
+    }
+}
+
+#[test]
+fn modified_edges_are_the_twins() {
+    let mut workspace = Canny::new();
+    let mut edges = EdgeMap::new();
+    let mut found = 0;
+    for case in 0..4000 {
+        let (image, _) = random_case(case);
+        let r = mix(case ^ 0x5EED);
+        let real = |shift: u32, from: f64, to: f64| {
+            from + (to - from) * (mix(r >> shift) >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        let line = match r % 6 {
+            0 => [0.0, 1.0, -real(1, -5.0, 130.0)],
+            1 => [real(1, -1.0, 1.0), 0.0, real(2, -60.0, 60.0)],
+            2 => [-1.0, 1.0, (r >> 8 & 63) as f64 - 32.0],
+            3 => [f64::NAN, 1.0, 1.0],
+            _ => [real(1, -1.0, 1.0), real(2, -1.0, 1.0), real(3, -60.0, 60.0)],
+        };
+        let params = ModifiedCannyParams {
+            region: [Region::HalfPlane(line), Region::Whole][usize::from(r >> 40 & 3 == 0)],
+            strong_share: real(4, 0.0, 0.4),
+            low_ratio: real(5, 0.0, 1.0),
+            noise_factor: real(6, 0.0, 5.0),
+            min_high: real(7, 0.0, 100.0),
+        };
+        let thresholds = workspace.detect_modified(&image, &params, &mut edges);
+        assert_eq!(
+            thresholds,
+            reference::canny::chosen(&image, &params),
+            "case {case}"
+        );
+        let want = reference::canny::canny_modified(&image, &params);
+        assert_eq!(edges.to_gray(), want, "case {case}: {params:?}");
+        consistent(&image, &edges);
+        found += edges.pixels().len();
+    }
+    assert!(found > 100_000, "{found}");
+}
+
+/// A region takes pixels away and changes nothing else but what only they led to.
+#[test]
+fn a_region_below_the_horizon() {
+    let image = gray("frames/dbow2-1.png");
+    let whole = canny_modified(&image, &ModifiedCannyParams::default());
+    let mut workspace = Canny::new();
+    let mut part = EdgeMap::new();
+    let line = [0.1, 1.0, -260.0];
+    let params = ModifiedCannyParams {
+        region: Region::HalfPlane(line),
+        ..ModifiedCannyParams::default()
+    };
+    let thresholds = workspace.detect_modified(&image, &params, &mut part);
+    assert!(
+        part.pixels()
+            .iter()
+            .all(|p| params.region.contains(p.u, p.v))
+    );
+    assert!(part.pixels().len() > 500 && part.pixels().len() < whole.pixels().len());
+    let all = canny(&image, &thresholds);
+    assert!(part.pixels().iter().all(|p| all.contains(p.u, p.v)));
+}
+
+/// The share of the edges of `a` that have an edge of `b` at most a pixel away.
+fn shared(a: &EdgeMap, b: &EdgeMap) -> f64 {
+    let near = |p: &&EdgePixel| {
+        let us = p.u.saturating_sub(1)..=p.u + 1;
+        us.clone()
+            .any(|u| (p.v.saturating_sub(1)..=p.v + 1).any(|v| b.contains(u, v)))
+    };
+    a.pixels().iter().filter(near).count() as f64 / a.pixels().len() as f64
+}
+
+#[test]
+fn chosen_thresholds_follow_exposure() {
+    for name in [
+        "dbow2-1",
+        "rtabmap-20",
+        "rtabmap-34",
+        "vgg-000",
+        "york-urban",
+        "opencv-building",
+    ] {
+        let image = gray(&format!("frames/{name}.png"));
+        let mut dark = image.clone();
+        dark.iter_mut()
+            .for_each(|value| *value = (u16::from(*value) * 11 / 20) as u8);
+        let params = ModifiedCannyParams::default();
+        let (bright, dark_edges) = (
+            canny_modified(&image, &params),
+            canny_modified(&dark, &params),
+        );
+        let kept = shared(&bright, &dark_edges).min(shared(&dark_edges, &bright));
+        let fixed = canny(
+            &dark,
+            &Canny::new().detect_modified(&image, &params, &mut EdgeMap::new()),
+        );
+        let with_fixed = shared(&bright, &fixed);
+        println!(
+            "{name}: {} edges, {kept:.3} kept, {with_fixed:.3} with fixed thresholds",
+            bright.pixels().len()
+        );
+        assert!(
+            kept > 0.9 && kept > with_fixed,
+            "{name}: {kept} {with_fixed}"
+        );
+    }
+}
+
+/// A frame of nothing but sensor noise has next to no edges, however much the noise is.
+#[test]
+fn noise_alone_is_no_edge() {
+    for amplitude in [1, 3, 9, 20, 40] {
+        let image = GrayImage::from_fn(640, 480, |u, v| {
+            let random = mix(u64::from(v) * 640 + u64::from(u));
+            // a sum of four: near enough to Gaussian
+            let noise: u64 = (0..4).map(|k| (random >> (8 * k)) % (amplitude + 1)).sum();
+            image::Luma([(60 + noise) as u8])
+        });
+        let edges = canny_modified(&image, &ModifiedCannyParams::default());
+        assert!(
+            edges.pixels().len() < 31,
+            "{amplitude}: {}",
+            edges.pixels().len()
+        );
     }
 }
 

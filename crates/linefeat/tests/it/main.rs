@@ -1,6 +1,8 @@
 //! Integration tests: one binary for the crate.
+mod accuracy;
 mod canny;
 mod hough;
+mod obstacle;
 mod pictures;
 mod render;
 mod segment;

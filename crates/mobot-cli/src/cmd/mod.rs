@@ -1,7 +1,10 @@
 //! One file a subcommand: each turns what was typed into a job, does it, and answers.
 
+mod birdseye;
+mod calibrate;
 mod check;
 mod clean;
+mod floor;
 mod floorplan;
 mod graph;
 mod lines;
@@ -9,6 +12,7 @@ mod locate;
 mod map;
 mod plan;
 mod sensor;
+mod target_sheet;
 mod why;
 
 use std::path::Path;
@@ -35,6 +39,9 @@ pub fn run(cli: Cli) -> anyhow::Result<Outcome> {
         Command::Lines(args) => lines::run(&args, &output),
         Command::Locate(args) => locate::run(&args, &output),
         Command::Why(args) => why::run(&args, &output),
+        Command::Calibrate(args) => calibrate::run(&args, &output),
+        Command::Floor(args) => floor::run(&args, &output),
+        Command::Birdseye(args) => birdseye::run(&args, &output),
     }
 }
 

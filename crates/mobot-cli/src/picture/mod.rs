@@ -1,5 +1,6 @@
 //! Pictures of what a command did: a map in grey, lines and marks on it, as SVG or PNG.
 
+mod calibration;
 mod canvas;
 mod overlay;
 mod raster;
@@ -10,6 +11,7 @@ use std::path::Path;
 
 use anyhow::{Context, bail};
 
+pub use calibration::calibration;
 pub use overlay::{Overlay, Panel};
 pub use scene::{Color, Mark, Scene, Stroke, clearance_color};
 

@@ -25,12 +25,14 @@ pub struct Panel {
 }
 
 impl Panel {
-    /// A picture, enlarged by a whole factor until its longer side has about this many pixels.
+    /// A picture, enlarged by a whole factor so that its longer side has about this many pixels.
     #[must_use]
     pub fn new(picture: RgbImage, long_side_px: u32) -> Self {
         let longer = picture.width().max(picture.height()).max(1);
         Self {
-            zoom: f64::from((long_side_px / longer).clamp(1, 16)),
+            zoom: (f64::from(long_side_px) / f64::from(longer))
+                .round()
+                .clamp(1.0, 16.0),
             picture,
             strokes: vec![],
             labels: vec![],
@@ -74,7 +76,9 @@ impl Panel {
         self.labels.push((at, color, text.into()));
     }
 
-    fn size(&self) -> [f64; 2] {
+    /// Width and height on the page [px].
+    #[must_use]
+    pub fn size(&self) -> [f64; 2] {
         let (width, height) = self.picture.dimensions();
         [f64::from(width) * self.zoom, f64::from(height) * self.zoom]
     }

@@ -1,5 +1,6 @@
 //! The command from outside: keys, exit statuses, files, on real maps and logs.
 
 mod bad_input;
+mod camera;
 mod commands;
 mod run;

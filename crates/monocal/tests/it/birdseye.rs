@@ -14,7 +14,7 @@ fn floor(truth: &Pinhole, lens: Option<&Lens>, [width, height]: [u32; 2]) -> Gra
         let pixel = PixelPoint::new(f64::from(column), f64::from(row));
         let ideal = lens.map_or(Some(pixel), |lens| lens.undistort(pixel));
         let seen = ideal.and_then(|p| truth.floor(p.into()));
-        Luma([seen.map_or(0, |point| shade(point))])
+        Luma([seen.map_or(0, shade)])
     })
 }
 

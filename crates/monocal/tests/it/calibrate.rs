@@ -34,7 +34,7 @@ pub(crate) fn pairs_of(
     floor_sigma: f64,
 ) -> Vec<Pair> {
     let pair = |mark: &[f64; 2]| {
-        let [u, v] = camera.pixel(*mark).unwrap();
+        let [u, v] = camera.pixel(*mark).expect("by construction");
         let [du, dv] = noisy(rng, pixel_sigma);
         let [dx, dy] = noisy(rng, floor_sigma);
         Pair::new([u + du, v + dv], [mark[0] + dx, mark[1] + dy])
@@ -49,11 +49,14 @@ fn floor_errors(found: &Calibration, truth: &Pinhole, seen_only: bool) -> Vec<f6
     for row in 0..10 {
         for column in 0..9 {
             let point = [2.0 + 0.5 * f64::from(row), -1.6 + 0.4 * f64::from(column)];
-            let [u, v] = truth.pixel(point).unwrap();
+            let [u, v] = truth.pixel(point).expect("by construction");
             if seen_only && !((0.0..=479.0).contains(&u) && (0.0..=219.0).contains(&v)) {
                 continue;
             }
-            let seen = found.camera.floor_point([u, v].into()).unwrap();
+            let seen = found
+                .camera
+                .floor_point([u, v].into())
+                .expect("by construction");
             errors.push(seen.distance(point.into()));
         }
     }
@@ -109,38 +112,50 @@ fn held_out_floor_errors_beat_the_paper_s_residuals() {
     assert!(mean(&means) <= 0.0055 && mean(&largests) <= 0.017);
 }
 
+/// Share of floor points inside their 95 % ellipse.
+fn share_inside(noise: Noise, pixel_sigma: f64, floor_sigma: f64, trials: u32) -> f64 {
+    let truth = Pinhole::paper();
+    let mut rng = Pcg64::seed_from_u64(95);
+    let params = CalibrateParams {
+        noise,
+        ..CalibrateParams::default()
+    };
+    let inside = |_: &u32| {
+        let pairs = pairs_of(&truth, &paper_marks(), &mut rng, pixel_sigma, floor_sigma);
+        let found = calibrate(&pairs, &params).expect("by construction");
+        let point = [rng.random_range(2.0..6.5), rng.random_range(-1.6..1.6)];
+        let [u, v] = truth.pixel(point).expect("by construction");
+        let [du, dv] = noisy(&mut rng, pixel_sigma);
+        let variance = if pixel_sigma > 0.0 {
+            found.camera.pixel_sigma_px.powi(2)
+        } else {
+            0.0
+        };
+        let estimate = found
+            .camera
+            .floor_estimate(
+                PixelPoint::new(u + du, v + dv),
+                [[variance, 0.0], [0.0, variance]],
+            )
+            .expect("by construction");
+        let e = [estimate.point.x - point[0], estimate.point.y - point[1]];
+        let [[a, b], [_, d]] = estimate.covariance;
+        (d * e[0] * e[0] - 2.0 * b * e[0] * e[1] + a * e[1] * e[1]) / (a * d - b * b) <= 5.991
+    };
+    f64::from((0..trials).filter(inside).count() as u32) / f64::from(trials)
+}
+
 #[test]
 fn ellipses_hold_the_truth_as_often_as_they_say() {
-    for (noise, pixel_sigma, floor_sigma, trials) in [(Noise::Pixel, 0.5, 0.0, 10_000)] {
-        let truth = Pinhole::paper();
-        let mut rng = Pcg64::seed_from_u64(95);
-        let mut inside = 0;
-        for _ in 0..trials {
-            let pairs = pairs_of(&truth, &paper_marks(), &mut rng, pixel_sigma, floor_sigma);
-            let params = CalibrateParams {
-                noise,
-                ..CalibrateParams::default()
-            };
-            let found = calibrate(&pairs, &params).unwrap();
-            let point = [rng.random_range(2.0..6.5), rng.random_range(-1.6..1.6)];
-            let [u, v] = truth.pixel(point).unwrap();
-            let [du, dv] = noisy(&mut rng, 0.5);
-            let sigma = found.camera.pixel_sigma_px;
-            let estimate = found
-                .camera
-                .floor_estimate(
-                    PixelPoint::new(u + du, v + dv),
-                    [[sigma * sigma, 0.0], [0.0, sigma * sigma]],
-                )
-                .unwrap();
-            let e = [estimate.point.x - point[0], estimate.point.y - point[1]];
-            let [[a, b], [_, d]] = estimate.covariance;
-            let squared =
-                (d * e[0] * e[0] - 2.0 * b * e[0] * e[1] + a * e[1] * e[1]) / (a * d - b * b);
-            inside += u32::from(squared <= 5.991);
-        }
-        let share = f64::from(inside) / f64::from(trials);
-        println!("{noise:?}: {share}");
+    let long = std::env::var_os("MOBOT_LONG").is_some();
+    let trials = if long { 10_000 } else { 2_000 };
+    for (noise, pixel_sigma, floor_sigma) in [
+        (Noise::Pixel, 0.5, 0.0),
+        (Noise::Floor, 0.0, 0.01),
+        (Noise::Both, 0.5, 0.005),
+    ] {
+        let share = share_inside(noise, pixel_sigma, floor_sigma, trials);
+        println!("{noise:?}: {share} of {trials}");
         assert!((0.94..=0.96).contains(&share), "{noise:?}: {share}");
     }
 }

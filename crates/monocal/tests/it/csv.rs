@@ -10,7 +10,7 @@ pub(crate) fn testdata(name: &str) -> PathBuf {
 
 /// The lines of a table, split at commas; without its header where it has one.
 pub(crate) fn lines(name: &str, header: bool) -> Vec<Vec<String>> {
-    let text = std::fs::read_to_string(testdata(name)).unwrap();
+    let text = std::fs::read_to_string(testdata(name)).expect("by construction");
     let lines = text.lines().skip(usize::from(header));
     lines
         .map(|line| line.split(',').map(str::to_owned).collect())
@@ -18,5 +18,8 @@ pub(crate) fn lines(name: &str, header: bool) -> Vec<Vec<String>> {
 }
 
 pub(crate) fn numbers(fields: &[String]) -> Vec<f64> {
-    fields.iter().map(|f| f.parse().unwrap()).collect()
+    fields
+        .iter()
+        .map(|f| f.parse().expect("by construction"))
+        .collect()
 }

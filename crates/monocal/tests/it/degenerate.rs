@@ -19,7 +19,7 @@ fn kind(number: usize, rng: &mut Pcg64) -> (&'static str, Vec<Pair>, Reason) {
     };
     let count = rng.random_range(4..20);
     let pair = |rng: &mut Pcg64, mark: [f64; 2]| {
-        let [u, v] = camera.pixel(mark).unwrap();
+        let [u, v] = camera.pixel(mark).expect("by construction");
         let [du, dv] = noisy(rng, 0.3);
         Pair::new([u + du, v + dv], mark)
     };
@@ -231,7 +231,7 @@ fn kind(number: usize, rng: &mut Pcg64) -> (&'static str, Vec<Pair>, Reason) {
                     height: -camera.height,
                     ..camera
                 };
-                let [u, v] = mirrored.pixel([x, y]).unwrap();
+                let [u, v] = mirrored.pixel([x, y]).expect("by construction");
                 pairs.push(Pair::new([u, v], behind));
             }
             ("on both sides of the horizon", pairs, |e| {

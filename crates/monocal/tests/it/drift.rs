@@ -17,7 +17,7 @@ fn calibrated(rng: &mut Pcg64) -> FloorCamera {
         image_size: Some(paper::IMAGE_SIZE),
         ..CalibrateParams::default()
     };
-    calibrate(&pairs, &params).unwrap().camera
+    calibrate(&pairs, &params).expect("by construction").camera
 }
 
 /// The line through two pixels, with the noise of ends read to a tenth of a pixel.
@@ -51,7 +51,7 @@ fn corridor(camera: &Pinhole, rng: &mut Pcg64) -> Vec<LineEvidence> {
         let (sin, cos) = heading.sin_cos();
         camera
             .pixel([cos * along - sin * across, sin * along + cos * across])
-            .unwrap()
+            .expect("by construction")
     };
     let mut line = |a: [f64; 2], b: [f64; 2]| observed(a, b, rng);
     let left = line(at(2.6, 1.0 + shift), at(5.5, 1.0 + shift));
@@ -66,7 +66,7 @@ fn corridor(camera: &Pinhole, rng: &mut Pcg64) -> Vec<LineEvidence> {
     let (along, across) = (4.0, 1.0 + shift);
     let top = higher
         .pixel([cos * along - sin * across, sin * along + cos * across])
-        .unwrap();
+        .expect("by construction");
     let upright = line(foot, top);
     vec![
         LineEvidence::Parallel(left, right),

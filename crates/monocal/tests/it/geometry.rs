@@ -13,7 +13,7 @@ use crate::pinhole::Pinhole;
 fn exact(truth: &Pinhole, image_size: Option<[u32; 2]>) -> FloorCamera {
     FloorCamera {
         image_size,
-        ..FloorCamera::exact(FloorHomography::new(truth.pixel_to_floor()).unwrap())
+        ..FloorCamera::exact(FloorHomography::new(truth.pixel_to_floor()).expect("by construction"))
     }
 }
 

@@ -7,14 +7,16 @@ use crate::csv::{lines, numbers};
 
 fn lens(model: &str, matrix: &[f64], k: &[f64]) -> Lens {
     let distortion = match model {
-        "plumb_bob" => Distortion::PlumbBob(k[..5].try_into().unwrap()),
-        "rational_polynomial" => Distortion::RationalPolynomial(k.try_into().unwrap()),
-        _ => Distortion::Equidistant(k[..4].try_into().unwrap()),
+        "plumb_bob" => Distortion::PlumbBob(k[..5].try_into().expect("by construction")),
+        "rational_polynomial" => {
+            Distortion::RationalPolynomial(k.try_into().expect("by construction"))
+        }
+        _ => Distortion::Equidistant(k[..4].try_into().expect("by construction")),
     };
     let &[fx, fy, cx, cy] = matrix else {
         panic!("{matrix:?}")
     };
-    Lens::new(CameraMatrix { fx, fy, cx, cy }, distortion).unwrap()
+    Lens::new(CameraMatrix { fx, fy, cx, cy }, distortion).expect("by construction")
 }
 
 #[test]

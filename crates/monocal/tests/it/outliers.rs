@@ -19,7 +19,7 @@ fn wrong_pairs_are_named_and_good_ones_are_not() {
         wrong.dedup();
         for &index in &wrong {
             let far = rng.random_range(25.0..200.0) * sigma.max(0.2);
-            let angle: f64 = rng.random_range(0.0..6.28);
+            let angle: f64 = rng.random_range(0.0..std::f64::consts::TAU);
             pairs[index].pixel.u += far * angle.cos();
             pairs[index].pixel.v += far * angle.sin();
         }

@@ -10,7 +10,11 @@ fn groups(name: &str) -> Vec<(String, Vec<Vec<f64>>)> {
         if groups.last().is_none_or(|g| g.0 != row[0]) {
             groups.push((row[0].clone(), Vec::new()));
         }
-        groups.last_mut().unwrap().1.push(numbers(&row[1..]));
+        groups
+            .last_mut()
+            .expect("by construction")
+            .1
+            .push(numbers(&row[1..]));
     }
     groups
 }

@@ -47,33 +47,74 @@ fn openings_and_closings_equal_their_twins() {
     }
 }
 
-/// Images of so many words that they pass in several bands.
+/// Images of so many words that they pass in several bands, and in registers, with and without words
+/// left over.
 #[test]
 fn large_images_equal_their_twins() {
+    type Operation = fn(&BitImage, &Element, Border) -> BitImage;
+    let operations: [(Operation, Operation); 4] = [
+        (erode, reference::ops::erode),
+        (dilate, reference::ops::dilate),
+        (open, reference::ops::open),
+        (close, reference::ops::close),
+    ];
     let mut random = Random::new(5);
-    for _ in 0..rounds(4) {
-        let width = 4160 + random.below(70);
-        let image = random.image(width, 40);
+    for round in 0..rounds(6) {
+        let (width, height) = match round % 3 {
+            0 => (4160 + random.below(70), 40),
+            1 => (1024 * (1 + random.below(2)), 50),
+            _ => (500 + random.below(400), 90),
+        };
+        let image = random.image(width, height);
         for element in [
             Element::square(3),
             Element::rectangle(2, 3),
             Element::rectangle(1, 9),
-            Element::square(15),
+            Element::rectangle(17, 2),
+            Element::rectangle(18, 1),
             Element::disk(3),
         ] {
             let border = random.pick(&BORDERS);
-            let twin = reference::ops::erode(&image, &element, border);
-            assert_eq!(
-                erode(&image, &element, border),
-                twin,
-                "{border:?} {element:?}"
-            );
-            let twin = reference::ops::dilate(&image, &element, border);
-            assert_eq!(
-                dilate(&image, &element, border),
-                twin,
-                "{border:?} {element:?}"
-            );
+            for (operation, twin) in operations {
+                assert_eq!(
+                    operation(&image, &element, border),
+                    twin(&image, &element, border),
+                    "{border:?} {element:?} {width} x {height}"
+                );
+            }
+        }
+    }
+}
+
+/// Every width and height near the ends of words and of windows, every border rule.
+#[test]
+fn rectangles_at_every_edge_equal_their_twins() {
+    let mut random = Random::new(6);
+    for width in [
+        1, 2, 3, 7, 16, 63, 64, 65, 128, 255, 257, 511, 512, 513, 576,
+    ] {
+        for height in [1, 2, 3, 4, 15, 16, 17] {
+            let image = random.image(width, height);
+            for [columns, rows] in [[3, 3], [15, 15], [16, 4], [17, 1], [2, 2], [33, 5]] {
+                let element = Element::rectangle(columns, rows);
+                let border = random.pick(&BORDERS);
+                let context = format!("{border:?} {columns} x {rows} {width} x {height}");
+                assert_eq!(
+                    open(&image, &element, border),
+                    reference::ops::open(&image, &element, border),
+                    "open {context}"
+                );
+                assert_eq!(
+                    close(&image, &element, border),
+                    reference::ops::close(&image, &element, border),
+                    "close {context}"
+                );
+                assert_eq!(
+                    erode(&image, &element, border),
+                    reference::ops::erode(&image, &element, border),
+                    "erode {context}"
+                );
+            }
         }
     }
 }

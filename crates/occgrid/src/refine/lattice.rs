@@ -33,7 +33,7 @@ impl Lattice {
     }
 
     /// The parts of a cell with the largest sums, as many as there are along its side.
-    pub(super) fn strongest(&self, sums: &[f64], cell: Cell) -> Vec<u32> {
+    pub(super) fn strongest(&self, sums: &[f32], cell: Cell) -> Vec<u32> {
         let k = self.parts;
         let inside = (0..k).flat_map(|row| (0..k).map(move |col| (col, row)));
         let mut indices: Vec<u32> = inside
@@ -45,13 +45,6 @@ impl Lattice {
         indices.sort_by(|&a, &b| sums[b as usize].total_cmp(&sums[a as usize]));
         indices.truncate(k as usize);
         indices
-    }
-
-    /// The mean of the strongest sums of a cell.
-    pub(super) fn evidence(&self, sums: &[f64], cell: Cell) -> f64 {
-        let strongest = self.strongest(sums, cell);
-        let sum: f64 = strongest.iter().map(|&index| sums[index as usize]).sum();
-        sum / strongest.len() as f64
     }
 }
 

@@ -2,10 +2,9 @@
 
 use super::RefineError;
 
-/// Parameters of the refinement. The defaults come from a search on simulated rooms of many shapes with a slow,
-/// wide, often deaf sonar (beam width, reach, deafness and held values vary);
-/// among sets that did about equally well there, the patch, the doubt, the gains and what a held echo counts were
-/// settled with a look at three real scans and one corridor. Sizes are lengths and angles, never cells.
+/// Parameters of the refinement. The defaults come from a search on simulated rooms of many shapes with a slow, wide,
+/// often deaf sonar (beam width, reach, deafness and held values vary) and on real scans of one arena by several robots.
+/// Sizes are lengths and angles, never cells.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
@@ -33,7 +32,7 @@ pub struct RefineParams {
     /// reads the same to the digit, 0 to 1: a sensor that repeats its last value when an echo is lost. 1 for a
     /// sensor that never does.
     pub hit_if_held: f64,
-    /// Half the length of a surface that reflects as one, tangent to the arc [m], 0.005 to 2. Raising it
+    /// Half the length of a surface that reflects as one [m], 0.005 to 2. Raising it
     /// closes gaps, and narrow doors with them.
     pub patch: f64,
     /// Length over which a surface goes on past that, to 1/e [m], 0.005 to 2.
@@ -57,10 +56,24 @@ pub struct RefineParams {
     pub doubt: f64,
     /// Factor on evidence for free, 0.1 to 5.
     pub free_gain: f64,
-    /// Factor on evidence for occupied, 0.1 to 5.
+    /// Factor on evidence for occupied, 0.01 to 5.
     pub occupied_gain: f64,
+    /// Angle from square by which a wall may stand to the beam and still answer at 0.6 of its strength, 0.05 to 10 [rad].
+    /// What passes at a larger slant says little against a wall there.
+    pub slant: f64,
+    /// Over how many beam widths a surface square to the sonar may answer, 1 to 10: near and smooth ones are heard
+    /// from well outside the nominal beam.
+    pub hearing: f64,
+    /// Share of the evidence of having been passed that holds off the way to what answered, 0 to 1.
+    pub passed_aside: f64,
+    /// Mean length of a wall [m], 0.05 to 1000. Raising it carries walls farther past where they were heard.
+    pub wall_length: f64,
+    /// Share of places on a line that are wall, before anything is known, 0.001 to 0.5.
+    pub walls: f64,
+    /// How much of what a place on a wall says of the places along it counts, 0 to 1; 0: walls need not be straight.
+    pub straight: f64,
     /// Work allowed, as visits of a shot to a cell, 1e5 to 1e12. A log that needs more is thinned first:
-    /// shots alike in place, direction and range become one. A visit takes 10 to 30 ns.
+    /// shots alike in place, direction and range become one. A visit takes about 50 ns.
     pub max_visits: f64,
 }
 
@@ -72,22 +85,28 @@ impl Default for RefineParams {
             false_silences: 0.2,
             passed: 0.01,
             passed_at_edge: 0.4,
-            passed_in_silence: 0.3,
-            passed_reach: 2.8,
-            hit: 0.93,
+            passed_in_silence: 0.27,
+            passed_reach: 2.0,
+            hit: 0.85,
             hit_if_held: 0.0,
             patch: 0.1,
             patch_tail: 0.3,
             relative_sigma: 0.035,
             late: 0.005,
-            prior: -2.5,
-            blocking: 1.0,
-            same_place: 0.07,
+            prior: -2.0,
+            blocking: 0.8,
+            same_place: 0.06,
             redundancy: 0.95,
-            doubt: 1.0,
-            free_gain: 2.4,
-            occupied_gain: 0.7,
-            max_visits: 4e8,
+            doubt: 1.3,
+            free_gain: 1.6,
+            occupied_gain: 0.15,
+            slant: 0.5,
+            hearing: 2.0,
+            passed_aside: 0.33,
+            wall_length: 0.9,
+            walls: 0.05,
+            straight: 0.53,
+            max_visits: 2e8,
         }
     }
 }
@@ -98,7 +117,7 @@ impl RefineParams {
     /// # Errors
     /// [`RefineError::Parameter`] names the first field that is out of range.
     pub fn validate(&self) -> Result<(), RefineError> {
-        let fields: [(&'static str, f64, f64, f64); 21] = [
+        let fields: [(&'static str, f64, f64, f64); 27] = [
             ("iterations", f64::from(self.iterations), 1.0, 100.0),
             ("false_echoes", self.false_echoes, 0.001, 0.9),
             ("false_silences", self.false_silences, 0.001, 0.99),
@@ -118,7 +137,13 @@ impl RefineParams {
             ("redundancy", self.redundancy, 0.0, 1.0),
             ("doubt", self.doubt, 0.0, 5.0),
             ("free_gain", self.free_gain, 0.1, 5.0),
-            ("occupied_gain", self.occupied_gain, 0.1, 5.0),
+            ("occupied_gain", self.occupied_gain, 0.01, 5.0),
+            ("slant", self.slant, 0.05, 10.0),
+            ("hearing", self.hearing, 1.0, 10.0),
+            ("passed_aside", self.passed_aside, 0.0, 1.0),
+            ("wall_length", self.wall_length, 0.05, 1000.0),
+            ("walls", self.walls, 0.001, 0.5),
+            ("straight", self.straight, 0.0, 1.0),
             ("max_visits", self.max_visits, 1e5, 1e12),
         ];
         match fields

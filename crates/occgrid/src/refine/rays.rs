@@ -163,6 +163,22 @@ fn weigh(rays: &mut [Ray], model: &SonarModel, params: &RefineParams) {
     }
 }
 
+/// Visits to cells of one pass.
+pub(super) fn work(
+    rays: &[Ray],
+    model: &SonarModel,
+    params: &RefineParams,
+    resolution: f64,
+) -> f64 {
+    let surface = PARTS as f64 * 6.0 * (params.patch + 2.0 * params.patch_tail) / resolution;
+    let visits = |ray: &Ray| {
+        let opening = if ray.echo { params.hearing } else { 1.0 } * model.beam_width;
+        let cone = 0.5 * opening * (ray.range / resolution).powi(2);
+        cone + 3.0 * ray.range / resolution + surface
+    };
+    rays.iter().map(visits).sum()
+}
+
 /// Merges rays that are alike, coarser and coarser, until the work fits.
 fn thin(
     mut rays: Vec<Ray>,
@@ -170,18 +186,13 @@ fn thin(
     params: &RefineParams,
     resolution: f64,
 ) -> Vec<Ray> {
-    let surface = PARTS as f64 * 6.0 * (params.patch + 2.0 * params.patch_tail) / resolution;
-    let visits = |ray: &Ray| {
-        let cone = 0.5 * model.beam_width * (ray.range / resolution).powi(2);
-        cone + 3.0 * ray.range / resolution + surface
-    };
     let mut steps = [
         0.25 * resolution,
         model.beam_width / 32.0,
         0.25 * model.sigma,
     ];
     for _ in 0..24 {
-        let work: f64 = rays.iter().map(visits).sum();
+        let work = work(&rays, model, params, resolution);
         if work * f64::from(params.iterations) <= params.max_visits {
             break;
         }

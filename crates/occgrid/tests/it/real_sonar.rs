@@ -73,8 +73,7 @@ fn real(resolution: f64) -> Case {
     Case::new(&arena(), &read("dense.csv"), resolution)
 }
 
-/// Rooms other than those that the parameters were tuned on (seeds 2000 and up), though the last choices among
-/// near-equal ones were made with a look at these too; dense is a shot every 4 degrees.
+/// Rooms that no parameter was tuned on (those were seeds 2000 to 3059); dense is a shot every 4 degrees.
 fn simulated(count: u64) -> Vec<Case> {
     let case = |seed| {
         let world = room(seed);
@@ -84,7 +83,7 @@ fn simulated(count: u64) -> Vec<Case> {
             ..Case::new(&world, &all, RESOLUTION)
         }
     };
-    (1000..1000 + count).map(case).collect()
+    (5000..5000 + count).map(case).collect()
 }
 
 #[expect(clippy::print_stdout, reason = "the table of a failing test")]
@@ -157,8 +156,7 @@ fn check([plain, refined, nav2, mrpt, paper]: &[Score; 5], dense: &[Score; 5]) {
     }
 }
 
-/// Measured: plain 0.369, refined 0.265 (dense 0.918, 0.208); Nav2 0.398, MRPT 0.657, paper 2.82. Walls called
-/// free: refined 6.1 % at 76.5 % of the free cells (dense 9.8 % at 84.4 %).
+/// Measured: docs/quality.md.
 #[test]
 fn maps_of_the_real_arena() {
     let case = [real(RESOLUTION)];
@@ -172,8 +170,7 @@ fn maps_of_the_real_arena() {
     }
 }
 
-/// Rooms of all shapes, where fewer echoes are held: the refined map's log-loss is little below that of the plain
-/// one (0.245 to 0.255), but it calls far fewer walls free (9.9 % at 79.8 %, to 49.8 % at 95.7 %).
+/// Rooms of all shapes, where fewer echoes are held. Measured: docs/quality.md.
 #[test]
 fn maps_of_simulated_rooms() {
     let long = std::env::var_os("MOBOT_LONG").is_some();
@@ -182,12 +179,15 @@ fn maps_of_simulated_rooms() {
     let dense = table("simulated", &cases, true);
     check(&sparse, &dense);
     let [plain, refined, ..] = sparse;
-    assert!(refined.log_loss <= plain.log_loss);
-    assert!(refined.wall_free <= 0.10 && refined.recall >= 0.75);
-    assert!(refined.at_75 <= plain.at_75 && refined.at_80 <= plain.at_80);
+    assert!(refined.log_loss <= 0.85 * plain.log_loss);
+    for map in [&refined, &dense[1]] {
+        assert!(map.wall_free <= 0.10 && map.recall >= 0.75);
+        assert!(map.at_80 <= 0.05);
+    }
 }
 
-/// A corridor driven along with eight sonars, in cells of 10 cm. Measured: 528 cells of wall, 70 of them p >= 0.9.
+/// A corridor driven along with eight sonars, in cells of 10 cm. The surest walls have p = 0.8: in the arenas, two in
+/// three of the places so surely found are wall, for 5 cm are less than what the poses are known to.
 #[test]
 fn a_corridor_has_walls() {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../testdata/sonar");
@@ -209,7 +209,7 @@ fn a_corridor_has_walls() {
         grid.log_odds().iter().filter(|&&l| l >= limit).count()
     };
     assert!(occupied(0.65) >= 400, "{}", occupied(0.65));
-    assert!(occupied(0.9) >= 40, "{}", occupied(0.9));
+    assert!(occupied(0.75) >= 40, "{}", occupied(0.75));
     // no wall where the robot has been
     for shot in &shots {
         let cell = grid

@@ -105,10 +105,17 @@ fn held_echoes_build_no_wall() {
         };
         (0..32).map(shot).collect()
     };
-    let held = refined(&turned(|_| 1.0), 0.05);
+    let refinement = |shots: &[Shot]| {
+        let params = RefineParams::default();
+        Refinement::new(shots, &model(), &plain(shots, 0.05), &params).expect("shots are valid")
+    };
+    let held = refinement(&turned(|_| 1.0));
     // as far all around, but read afresh every time
-    let fresh = refined(&turned(|k| 1.0 + 0.001 * f64::from(k % 2)), 0.05);
-    let opposite = |grid| at(grid, 1.01 * 2.0_f64.cos(), 1.01 * 2.0_f64.sin());
+    let fresh = refinement(&turned(|k| 1.0 + 0.001 * f64::from(k % 2)));
+    let opposite = |found: &Refinement| {
+        let p = Point2::new(1.01 * 2.0_f64.cos(), 1.01 * 2.0_f64.sin());
+        found.evidence(found.grid().frame().cell_at(p).expect("inside"))
+    };
     assert!(opposite(&fresh) > 0.6, "{}", opposite(&fresh));
     assert!(
         opposite(&held) < 0.5 * opposite(&fresh),
@@ -116,7 +123,7 @@ fn held_echoes_build_no_wall() {
         opposite(&held)
     );
     // what they passed is free all the same
-    let inside = |grid| at(grid, 0.6 * 2.0_f64.cos(), 0.6 * 2.0_f64.sin());
+    let inside = |found: &Refinement| at(found.grid(), 0.6 * 2.0_f64.cos(), 0.6 * 2.0_f64.sin());
     assert!(inside(&held) < -1.0 && inside(&fresh) < -1.0);
 }
 

@@ -1,6 +1,8 @@
 //! Reading: one pass over the text, no tree of values, every feature judged as it comes.
 
+mod coordinates;
 mod feature;
+mod keys;
 mod scalar;
 
 use std::fmt;

@@ -1,0 +1,57 @@
+//! From a frame to its straight edges, with the buffers of the frame before.
+
+use image::GrayImage;
+
+use crate::{Canny, CannyParams, EdgeMap, Segment, SegmentParams, Segments};
+
+/// Parameters of a [`Detector`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DetectorParams {
+    /// What is an edge pixel.
+    pub canny: CannyParams,
+    /// What is a segment.
+    pub segments: SegmentParams,
+}
+
+/// Finds the straight edges of frame after frame. Its buffers grow with the first frame; frames no larger
+/// and no richer in edges than those before allocate nothing.
+#[derive(Clone, Debug, Default)]
+pub struct Detector {
+    params: DetectorParams,
+    canny: Canny,
+    edges: EdgeMap,
+    segments: Segments,
+    found: Vec<Segment>,
+}
+
+impl Detector {
+    /// A detector that has seen no frame.
+    #[must_use]
+    pub fn new(params: DetectorParams) -> Self {
+        Self {
+            params,
+            ..Self::default()
+        }
+    }
+
+    /// The straight edges of `frame`, in row order of their first pixels.
+    pub fn detect(&mut self, frame: &GrayImage) -> &[Segment] {
+        self.canny
+            .detect(frame, &self.params.canny, &mut self.edges);
+        self.segments
+            .detect(frame, &self.edges, &self.params.segments, &mut self.found);
+        &self.found
+    }
+
+    /// The edge pixels of the last frame.
+    #[must_use]
+    pub fn edges(&self) -> &EdgeMap {
+        &self.edges
+    }
+
+    /// The straight edges of the last frame.
+    #[must_use]
+    pub fn segments(&self) -> &[Segment] {
+        &self.found
+    }
+}
