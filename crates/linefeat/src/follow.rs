@@ -37,7 +37,7 @@ impl Path {
 /// Columns and rows without edges around the codes.
 const FRAME: usize = 2;
 /// Steps after which the line leads, not the last pixel.
-const LEADING: i32 = 8;
+const LEADING: i32 = 12;
 
 /// The line through the pixels so far: sums over steps and other coordinates, from those of the first.
 #[derive(Clone, Copy, Debug, Default)]
@@ -206,7 +206,7 @@ impl Walk<'_> {
                     mean = self
                         .code
                         .wrapping_add((self.sums.turn / self.sums.count) as u8);
-                    next_fit = self.sums.count + self.sums.count / 4;
+                    next_fit = self.sums.count + self.sums.count / 8;
                 }
                 // truncation of what is positive rounds
                 middle = (offset + slope * f64::from(t) + 65_536.5) as i32 - 65_536;

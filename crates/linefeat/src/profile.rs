@@ -283,7 +283,8 @@ impl Profiles {
         }
         theta = theta.max(0.0);
         let value = variance[0] / fit.count + variance[1];
-        let slope = variance[0] / fit.spread;
+        // what rounding hides may differ from end to end: a variance of 2 / length^2, in terms of the spread
+        let slope = (variance[0] + variance[1] * fit.count / 6.0) / fit.spread;
         let mixed = by_slope * theta_by_slope * slope;
         let contrast = self.contrast(image, path);
         Some(Segment {

@@ -128,7 +128,7 @@ fn places_between_pixels_are_alike() {
             noise: 1.0,
         };
         let found = seen(&edge, 64, 64, step as u64);
-        assert_eq!(found.len(), 1, "{edge:?}");
+        assert_eq!(found.len(), 1, "{edge:?} {found:#?}");
         assert!(
             middle_error(&found[0], &edge).abs() < 0.01,
             "{edge:?} {:?}",
