@@ -202,13 +202,24 @@ fn corner(
     let (edge, pixel, edge_confidence, fits) =
         meets.max_by(|a, b| (a.2 * a.3).total_cmp(&(b.2 * b.3)))?;
     let floor = &segments[features.edges[edge].segment];
+    let gap_px = distance(foot, pixel);
     Some(DoorCorner {
         pixel,
-        covariance: plane::crossing_covariance(vertical, floor, pixel)?,
+        covariance: widened(plane::crossing_covariance(vertical, floor, pixel)?, gap_px),
         confidence: edge_confidence.sqrt() * door.confidence * fits,
         edge: Some(edge),
         door_edge,
     })
+}
+
+/// One sigma that a corner gains for each pixel that its vertical ends above it.
+const EXTENSION: f64 = 0.06;
+
+fn widened(mut covariance: [[f64; 2]; 2], gap_px: f64) -> [[f64; 2]; 2] {
+    for (k, row) in covariance.iter_mut().enumerate() {
+        row[k] += (EXTENSION * gap_px).powi(2);
+    }
+    covariance
 }
 
 /// How far a vertical may end above a floor edge, over [`FloorParams::corner_gap_px`].
@@ -217,6 +228,8 @@ const SKIRTING_GAP: f64 = 4.0;
 const SHORT_PX: f64 = 2.0;
 /// One sigma of where a vertical ends [px].
 const FOOT_PX: f64 = 6.0;
+/// One sigma across it: what stands off the wall hides where the wall's foot would be [px].
+const FOOT_ACROSS_PX: f64 = 0.7;
 /// A vertical that ends this near to the picture's border goes on outside [px].
 const BORDER_PX: f64 = 6.0;
 /// How likely the end of a vertical is on the floor where no floor edge was found.
@@ -240,7 +253,7 @@ fn foot(
     plane.floor_point([u, v])?;
     let normal = [vertical.theta.cos(), vertical.theta.sin()];
     let down = plane.down([u, v]);
-    let across = plane::variance_at(vertical, [u, v]);
+    let across = plane::variance_at(vertical, [u, v]) + FOOT_ACROSS_PX * FOOT_ACROSS_PX;
     let along = FOOT_PX * FOOT_PX;
     let entry = |r: usize, c: usize| across * normal[r] * normal[c] + along * down[r] * down[c];
     Some(DoorCorner {

@@ -40,7 +40,7 @@ const MOST_READINGS: usize = 64;
 /// How densely features lie that are none [1/px^2]: other lines run along with the floor edges.
 pub(super) fn clutter(kind: Kind) -> f64 {
     match kind {
-        Kind::Edge(_) => 1e-3,
+        Kind::Edge(_) => 1e-4,
         Kind::Corner(_) => 3e-5,
     }
 }

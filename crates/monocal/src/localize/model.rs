@@ -105,6 +105,8 @@ pub(super) struct Model<'a> {
 const OUTSIDE_PX: f64 = 4.0;
 /// The plan is looked at up to this far from the prior [m].
 const SIGHT: f64 = 20.0;
+/// How much larger the systematic part of a corner's place is than that of an edge's.
+const CORNER_BIAS: f64 = 2.0;
 /// A corner constructed on a floor edge is this uncertain across it [px].
 const ACROSS_EDGE_PX: f64 = 3.0;
 /// However short an edge is, it may be seen this far from where its wall is predicted [px].
@@ -181,7 +183,7 @@ impl<'a> Model<'a> {
                 let across = Vector2::new(-along.y, along.x).try_normalize(1.0)?;
                 noise += across * across.transpose() * ACROSS_EDGE_PX.powi(2);
             }
-            noise += Matrix2::identity() * self.params.bias_px.powi(2);
+            noise += Matrix2::identity() * (CORNER_BIAS * self.params.bias_px).powi(2);
             let place = self.ideal(corner.pixel.into())?;
             Some(Feature {
                 kind: Kind::Corner(index),

@@ -80,7 +80,7 @@ pub(super) fn fix(
             rival.score > place.score - params.margin && elsewhere(place, &rival.mean)
         });
         rivals.retain(|(rival, _)| contradicts(&rival.choice, &reading.choice, features));
-        ambiguous = !rivals.is_empty();
+        ambiguous = !rivals.is_empty() || strained(place, start);
         for (rival, _) in &rivals {
             for (mine, other) in choice.iter_mut().zip(&rival.choice) {
                 if mine != other {
@@ -120,6 +120,14 @@ fn described_prior(start: &Belief, status: FixStatus) -> PoseFix {
     let pose = Pose2::new(start.mean[0], start.mean[1], start.mean[2]);
     let covariance = std::array::from_fn(|r| std::array::from_fn(|c| start.spread[(r, c)]));
     unchanged(&Prior { pose, covariance }, status)
+}
+
+/// Beyond so many sigmas, a nod or roll is a wrong reading's rather than the camera's.
+const STRAINED: f64 = 2.5;
+
+/// Whether a reading needs the camera to nod or roll as it hardly does.
+fn strained(place: &Solution, start: &Belief) -> bool {
+    (3..5).any(|k| place.mean[k].powi(2) > STRAINED * STRAINED * start.spread[(k, k)])
 }
 
 /// Whether a reading takes a feature for something else, or does without a corner: with fewer walls the same
