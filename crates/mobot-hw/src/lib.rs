@@ -10,6 +10,7 @@ mod motion;
 )]
 mod real;
 mod sense;
+pub mod serial;
 #[cfg(feature = "simulation")]
 pub mod sim;
 mod traits;
