@@ -109,13 +109,18 @@ pub trait Framing {
     /// No verdict needs more bytes than this.
     fn longest(&self) -> usize;
 
+    /// Whether more than a checksum vouches for a message, so that one right after bad bytes is believed.
+    fn self_evident(&self) -> bool {
+        false
+    }
+
     /// Judges one or more bytes; `ended` where no more will follow them soon.
     fn inspect(&self, bytes: &[u8], ended: bool) -> Verdict<Self::Message>;
 }
 
 /// A decoder for any framing. After bytes that were no message it shifts by one byte, never by a frame,
-/// and believes the second of two good messages in a row: a checksum of eight bits passes one in 256
-/// wrong ones.
+/// and believes the second of two good messages in a row, as a checksum of eight bits passes one in 256
+/// wrong ones, unless the messages are [self-evident](Framing::self_evident).
 #[derive(Debug, Clone)]
 pub struct Scanner<F> {
     framing: F,
@@ -174,7 +179,7 @@ impl<F: Framing> Decode for Scanner<F> {
                 Verdict::Bad(fault) => fault,
             };
             self.bytes.remove(0);
-            self.in_doubt = true;
+            self.in_doubt = !self.framing.self_evident();
             if !std::mem::replace(&mut self.in_fault, true) {
                 return Some(Event::Fault(fault));
             }

@@ -80,6 +80,8 @@ pub struct LineCounts {
 
 /// Quiet for this long, a message has ended [s]. USB adaptors hold bytes back for up to 16 ms.
 const QUIET: f64 = 0.025;
+/// A message that was begun this long before a call is not heard to its end [s].
+const FORGOTTEN: f64 = 0.25;
 /// Old bytes are thrown away for at most this long [s].
 const DRAIN: f64 = 0.05;
 
@@ -174,7 +176,12 @@ impl<P: Read + Write, C: Clock> Line<P, C> {
         let began = self.clock.now();
         let mut fault = None;
         let mut result = None;
-        let mut bytes = [0; 256];
+        let mut bytes = [0; 1024];
+        if self.heard.is_some_and(|heard| began - heard >= FORGOTTEN) {
+            // of an age that no result may have
+            self.heard = None;
+            decoder.reset();
+        }
         loop {
             let read = self.read(&mut bytes)?;
             let now = self.clock.now();
@@ -202,7 +209,9 @@ impl<P: Read + Write, C: Clock> Line<P, C> {
                     }
                 }
             }
-            if let Some(result) = result {
+            // a full buffer: newer bytes wait
+            let more = read == bytes.len() && waited < timeout;
+            if let Some(result) = result.take_if(|_| !more) {
                 return Ok(result);
             }
             if waited >= timeout {

@@ -12,18 +12,26 @@ mod gate;
 mod line;
 mod sonar_bounds;
 mod sum_frame;
+mod wheels;
 
+pub mod arduino;
 pub mod asked;
+pub mod create2;
 pub mod ff;
+pub mod kobuki;
 pub mod maestro;
 pub mod maxbotix;
 pub mod urm37;
 
+pub use arduino::{Arduino, ArduinoParams};
 pub use asked::{Srf02, Srf02Params, Us100, Us100Params};
 pub use burst::Burst;
+pub use create2::{Create2, Create2Params};
 pub use decode::{Decode, Event, FrameFault, Framing, Pushed, Scanner, Verdict};
 pub use ff::{FfParams, FfSonar};
+pub use kobuki::{Kobuki, KobukiParams};
 pub use line::{Line, LineCounts, SerialError};
 pub use maestro::{Maestro, MaestroParams};
 pub use maxbotix::{MaxBotix, MaxBotixModel, MaxBotixParams};
 pub use urm37::{Urm37, Urm37Params};
+pub use wheels::{LATCH, WheelLimits};
