@@ -12,7 +12,7 @@ fn simulation(building: &Building, base: BaseParams) -> Simulation {
         base,
         ..RobotParams::default()
     };
-    Simulation::new(World::new(building).unwrap(), params, 3).unwrap()
+    Simulation::new(World::new(building).expect("a world"), params, 3).expect("a world")
 }
 
 #[test]

@@ -81,7 +81,7 @@ fn floor_alone(name: &str) -> World {
         .cylinders
         .iter_mut()
         .for_each(|c| c.brightness = 0.2);
-    World::new(&building).unwrap()
+    World::new(&building).expect("a world")
 }
 
 #[test]
@@ -130,7 +130,7 @@ fn black_box() -> World {
         }],
         ..Building::default()
     })
-    .unwrap()
+    .expect("a world")
 }
 
 /// The foot of the box's near side, map frame.

@@ -24,21 +24,28 @@ fn run(text: &str, distortion: Distortion, seed: u64) -> Vec<u8> {
         },
         ..RobotParams::default()
     };
-    let simulation = Simulation::new(World::from_toml(text).unwrap(), params, seed).unwrap();
+    let simulation =
+        Simulation::new(World::from_toml(text).expect("a world"), params, seed).expect("a world");
     let (mut base, mut clock) = (simulation.base(), simulation.clock());
     let (mut turret, mut camera) = (simulation.turret(), simulation.camera());
     let mut log = String::new();
     let mut bytes = Vec::new();
     for leg in 0..6 {
         base.drive(Twist2::new(0.3, 0.4 - 0.2 * f64::from(leg)))
-            .unwrap();
+            .expect("it works");
         for shot in 0..20 {
-            let ping = turret.ping(0.31 * f64::from(shot) - 3.1).unwrap();
-            writeln!(log, "{ping:?}").unwrap();
+            let ping = turret.ping(0.31 * f64::from(shot) - 3.1).expect("it works");
+            writeln!(log, "{ping:?}").expect("it works");
         }
         clock.sleep(0.3);
-        writeln!(log, "{:?} {:?}", base.status().unwrap(), simulation.truth()).unwrap();
-        bytes.extend(camera.frame().unwrap().image.into_raw());
+        writeln!(
+            log,
+            "{:?} {:?}",
+            base.status().expect("it works"),
+            simulation.truth()
+        )
+        .expect("it works");
+        bytes.extend(camera.frame().expect("it works").image.into_raw());
     }
     bytes.extend(log.into_bytes());
     bytes

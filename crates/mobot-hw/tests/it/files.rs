@@ -13,14 +13,14 @@ pub(crate) fn building(name: &str) -> Building {
         "hall" => HALL,
         _ => panic!("no world {name}"),
     };
-    Building::from_toml(text).unwrap()
+    Building::from_toml(text).expect("it works")
 }
 
 /// Without people, who walk in and out of golden answers.
 pub(crate) fn empty_world(name: &str) -> World {
     let mut building = building(name);
     building.people.clear();
-    World::new(&building).unwrap()
+    World::new(&building).expect("a world")
 }
 
 /// The rows of a CSV file below its header, each as (first fields as text, the rest as numbers).
@@ -32,7 +32,10 @@ pub(crate) fn rows(text: &str, names: usize) -> Vec<(Vec<String>, Vec<f64>)> {
             let (words, numbers) = fields.split_at(names);
             (
                 words.iter().map(|w| (*w).to_owned()).collect(),
-                numbers.iter().map(|n| n.parse().unwrap()).collect(),
+                numbers
+                    .iter()
+                    .map(|n| n.parse().expect("a number"))
+                    .collect(),
             )
         })
         .collect()

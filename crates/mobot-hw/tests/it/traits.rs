@@ -1,8 +1,7 @@
 //! The traits: through references and boxes, with a scripted device beside the simulated ones.
 
 use mobot_hw::{
-    Bearings, Camera, Clock, DeviceError, DifferentialDrive, FaultKind, PanActuator, Ping,
-    RangeFinder, SystemClock, Turret,
+    Bearings, Clock, DeviceError, FaultKind, PanActuator, Ping, RangeFinder, SystemClock, Turret,
 };
 use occgrid::Reading;
 
@@ -126,12 +125,12 @@ fn the_system_clock_goes_on() {
 #[cfg(feature = "simulation")]
 mod simulated {
     use super::*;
-    use mobot_hw::Twist2;
     use mobot_hw::sim::{RobotParams, SimFault, Simulation, World};
+    use mobot_hw::{Camera, DifferentialDrive, Twist2};
 
     fn simulation() -> Simulation {
-        let world = World::from_toml(crate::files::OFFICE).unwrap();
-        Simulation::new(world, RobotParams::default(), 1).unwrap()
+        let world = World::from_toml(crate::files::OFFICE).expect("a world");
+        Simulation::new(world, RobotParams::default(), 1).expect("it works")
     }
 
     #[test]
