@@ -192,6 +192,39 @@ fn a_robot_that_does_not_fit_is_refused() {
     );
 }
 
+#[test]
+fn impossible_robots_are_refused_and_senseless_times_do_not_pass() {
+    let world = || World::new(&Building::default()).unwrap();
+    let refused =
+        |params: RobotParams| Simulation::new(world(), params, 1).unwrap_err().to_string();
+    let good = RobotParams::default();
+    let base = |base| refused(RobotParams { base, ..good });
+    assert!(
+        base(BaseParams {
+            tick: 0.0,
+            ..good.base
+        })
+        .contains("base.tick")
+    );
+    assert!(
+        base(BaseParams {
+            track: f64::NAN,
+            ..good.base
+        })
+        .contains("base.track")
+    );
+    let frame_time = 0.0;
+    assert!(refused(RobotParams { frame_time, ..good }).contains("frame_time"));
+    let pan_settle = f64::INFINITY;
+    assert!(refused(RobotParams { pan_settle, ..good }).contains("pan_settle"));
+
+    let simulation = Simulation::new(world(), good, 1).unwrap();
+    for senseless in [f64::NAN, f64::INFINITY, -1.0] {
+        simulation.clock().sleep(senseless);
+    }
+    assert!(simulation.clock().now().abs() < 1e-12);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
