@@ -1,7 +1,8 @@
 //! The traits: through references and boxes, with a scripted device beside the simulated ones.
 
 use mobot_hw::{
-    Bearings, Clock, DeviceError, FaultKind, PanActuator, Ping, RangeFinder, SystemClock, Turret,
+    Bearings, Camera, CameraFrame, Clock, DeviceError, FaultKind, PanActuator, Ping, RangeFinder,
+    SystemClock, Turret,
 };
 use occgrid::Reading;
 
@@ -81,6 +82,37 @@ fn a_user_takes_devices_borrowed_boxed_and_unnamed() {
     assert_eq!(error.kind(), FaultKind::Silent);
 }
 
+/// Always the same picture.
+struct Still {
+    sequence: u64,
+}
+
+impl Camera for Still {
+    type Error = std::convert::Infallible;
+    fn frame(&mut self) -> Result<CameraFrame, Self::Error> {
+        self.sequence += 1;
+        Ok(CameraFrame {
+            stamp: 0.1 * self.sequence as f64,
+            sequence: self.sequence,
+            image: image::GrayImage::from_pixel(4, 4, image::Luma([7])),
+        })
+    }
+}
+
+/// One user for any camera: whether it is frozen.
+fn frozen<C: Camera>(mut camera: C) -> Result<bool, C::Error> {
+    let first = camera.frame()?;
+    let second = camera.frame()?;
+    assert!(second.sequence > first.sequence && second.stamp > first.stamp);
+    Ok(first.image == second.image)
+}
+
+#[test]
+fn one_user_for_any_camera() {
+    assert_eq!(frozen(Still { sequence: 0 }), Ok(true));
+    assert_eq!(frozen(&mut Box::new(Still { sequence: 0 })), Ok(true));
+}
+
 #[test]
 fn a_turret_reports_where_the_pan_stands_and_which_part_failed() {
     let mut turret = Turret {
@@ -126,7 +158,7 @@ fn the_system_clock_goes_on() {
 mod simulated {
     use super::*;
     use mobot_hw::sim::{RobotParams, SimFault, Simulation, World};
-    use mobot_hw::{Camera, DifferentialDrive, Twist2};
+    use mobot_hw::{DifferentialDrive, Twist2};
 
     fn simulation() -> Simulation {
         let world = World::from_toml(crate::files::OFFICE).expect("a world");
@@ -137,6 +169,11 @@ mod simulated {
     fn the_same_user_takes_the_simulated_sonar() {
         let range = nearest(simulation().turret(), &[0.0, 1.57, -1.57]).unwrap();
         assert!((range - 0.94).abs() < 0.05, "{range}");
+    }
+
+    #[test]
+    fn the_same_user_takes_the_simulated_camera() {
+        assert_eq!(frozen(simulation().camera()), Ok(false));
     }
 
     #[test]
