@@ -1,8 +1,14 @@
-#![doc = include_str!("../README.md")]
+#![cfg_attr(feature = "simulation", doc = include_str!("../README.md"))]
+#![cfg_attr(
+    not(feature = "simulation"),
+    doc = "Sonar, camera and base behind small traits. The README's example needs the feature `simulation`."
+)]
 
 mod clock;
 #[cfg(feature = "simulation")]
 mod dice;
+#[cfg(all(feature = "emulation", unix))]
+pub mod emulate;
 mod motion;
 #[cfg_attr(
     not(feature = "simulation"),

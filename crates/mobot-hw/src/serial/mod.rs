@@ -10,6 +10,8 @@ mod burst;
 mod decode;
 mod gate;
 mod line;
+#[cfg(feature = "serial")]
+mod open;
 mod sonar_bounds;
 mod sum_frame;
 mod wheels;
@@ -33,5 +35,7 @@ pub use kobuki::{Kobuki, KobukiParams};
 pub use line::{Line, LineCounts, SerialError};
 pub use maestro::{Maestro, MaestroParams};
 pub use maxbotix::{MaxBotix, MaxBotixModel, MaxBotixParams};
+#[cfg(feature = "serial")]
+pub use open::{OpenError, Port, open};
 pub use urm37::{Urm37, Urm37Params};
 pub use wheels::{LATCH, WheelLimits};

@@ -181,23 +181,29 @@ impl Base {
         self.bumped = contact.map_or([false; 2], |at| self.bumper(at));
     }
 
-    /// Where a body ends on a way that would have led it into a wall at `contact`: it touches the wall,
-    /// and goes on along it.
+    /// Where a body ends on a way that would have led it into something at `contact`: it touches what it
+    /// is nearest to, or else what it would have hit, and goes on along it.
     fn slide(&self, world: &World, time: f64, [from, to]: [Point2; 2], contact: Point2) -> Point2 {
-        let away = distance(from, contact).max(1e-9);
-        let normal = Point2::new((from.x - contact.x) / away, (from.y - contact.y) / away);
-        let (dx, dy) = (to.x - from.x, to.y - from.y);
-        let gap = (away - self.params.radius).max(0.0);
-        let too_far = (dx * normal.x + dy * normal.y + gap).min(0.0);
-        let along = Point2::new(
-            from.x + dx - too_far * normal.x,
-            from.y + dy - too_far * normal.y,
-        );
-        let free = |p: Point2| {
-            self.obstacle(world, time, p)
-                .is_none_or(|c| distance(c, p) >= self.params.radius - CONTACT)
+        let free = |p: &Point2| {
+            self.obstacle(world, time, *p)
+                .is_none_or(|c| distance(c, *p) >= self.params.radius - CONTACT)
         };
-        if free(along) { along } else { from }
+        let beside = self.obstacle(world, time, from).unwrap_or(contact);
+        [beside, contact]
+            .map(|at| self.along(from, to, at))
+            .into_iter()
+            .find(free)
+            .unwrap_or(from)
+    }
+
+    /// The way without the part that leads deeper than touching a wall whose nearest place is `at`.
+    fn along(&self, from: Point2, to: Point2, at: Point2) -> Point2 {
+        let away = distance(from, at).max(1e-9);
+        let normal = Point2::new((from.x - at.x) / away, (from.y - at.y) / away);
+        let gap = (away - self.params.radius).max(0.0);
+        let (dx, dy) = (to.x - from.x, to.y - from.y);
+        let too_far = (dx * normal.x + dy * normal.y + gap).min(0.0);
+        Point2::new(to.x - too_far * normal.x, to.y - too_far * normal.y)
     }
 
     /// The nearest place of the world's outline or of a person's.
@@ -208,7 +214,8 @@ impl Base {
         for person in world.people(time) {
             let away = distance(person.position, at);
             if away - person.radius < nearest.map_or(reach, |n| n.0) {
-                let share = person.radius / away.max(1e-9);
+                // never past the body's own centre, so that the bumper keeps its side
+                let share = (person.radius / away.max(1e-9)).min(0.99);
                 let edge = Point2::new(
                     person.position.x + (at.x - person.position.x) * share,
                     person.position.y + (at.y - person.position.y) * share,

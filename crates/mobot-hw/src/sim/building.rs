@@ -3,6 +3,8 @@
 
 use serde::Deserialize;
 
+use super::world::WorldError;
+
 /// Everything in a simulated building. Lengths in metres, map frame; brightness is the share of light
 /// that a surface returns, 0 (black) to 1 (white).
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -28,6 +30,18 @@ pub struct Building {
     pub cylinders: Vec<Cylinder>,
     /// People who walk about.
     pub people: Vec<Walker>,
+}
+
+impl Building {
+    /// A building from the text of a world file (TOML). Its values are checked when it becomes a world.
+    ///
+    /// # Errors
+    /// [`WorldError::Toml`] with the place that is wrong.
+    pub fn from_toml(text: &str) -> Result<Self, WorldError> {
+        toml::from_str(text).map_err(|e| WorldError::Toml {
+            message: e.to_string().trim_end().replace('\n', " "),
+        })
+    }
 }
 
 impl Default for Building {

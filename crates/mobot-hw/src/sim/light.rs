@@ -89,37 +89,34 @@ impl Grid {
         }
     }
 
-    fn at(&self, p: Point2) -> Option<[f64; 5]> {
+    /// Some channels of the nodes, between the four nodes around a place; 0 off the grid.
+    fn at<const N: usize>(&self, p: Point2, channels: [usize; N]) -> [f64; N] {
         let (x, y) = (
             (p.x - self.corner.x) * self.per_metre,
             (p.y - self.corner.y) * self.per_metre,
         );
-        if !(x >= 0.0 && y >= 0.0) {
-            return None;
-        }
         let (col, row) = (x as usize, y as usize);
-        if col + 1 >= self.width || row + 1 >= self.height {
-            return None;
+        if !(x >= 0.0 && y >= 0.0) || col + 1 >= self.width || row + 1 >= self.height {
+            return [0.0; N];
         }
         let (fx, fy) = (x - col as f64, y - row as f64);
         let i = row * self.width + col;
         let quad = [i, i + 1, i + self.width, i + self.width + 1].map(|i| &self.nodes[i]);
-        Some(std::array::from_fn(|k| {
+        channels.map(|k| {
             let [a, b, c, d] = quad.map(|node| f64::from(node[k]));
             (a + (b - a) * fx) * (1.0 - fy) + (c + (d - c) * fx) * fy
-        }))
+        })
     }
 
     fn floor(&self, p: Point2) -> f64 {
-        self.at(p).map_or(0.0, |n| n[0])
+        let [floor] = self.at(p, [0]);
+        floor
     }
 
     fn wall(&self, p: Point2, normal: Point2) -> f64 {
-        self.at(p).map_or(0.0, |[_, px, nx, py, ny]| {
-            let x = if normal.x > 0.0 { px } else { nx };
-            let y = if normal.y > 0.0 { py } else { ny };
-            normal.x * normal.x * x + normal.y * normal.y * y
-        })
+        let facing = |toward: f64, plus: usize| if toward > 0.0 { plus } else { plus + 1 };
+        let [x, y] = self.at(p, [facing(normal.x, 1), facing(normal.y, 3)]);
+        normal.x * normal.x * x + normal.y * normal.y * y
     }
 }
 

@@ -1,9 +1,11 @@
 //! A simulated building, and a robot in it.
 
 mod base;
+mod bends;
 mod buckets;
 mod building;
 mod camera;
+mod check;
 mod devices;
 mod fan;
 mod landmarks;
@@ -13,6 +15,8 @@ mod map_walls;
 mod outline;
 mod person;
 mod raise;
+#[cfg(test)]
+mod reference;
 mod robot;
 mod sensor;
 mod shade;

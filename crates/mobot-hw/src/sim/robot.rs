@@ -70,6 +70,16 @@ pub enum SimulationError {
     /// The camera cannot be.
     #[error(transparent)]
     Camera(#[from] CameraModelError),
+    /// A parameter is out of range.
+    #[error("robot {name}: expected {expected}, found {found}")]
+    Value {
+        /// The field of [`RobotParams`] or of one of its parts.
+        name: &'static str,
+        /// What it may be.
+        expected: &'static str,
+        /// What it is.
+        found: f64,
+    },
     /// The robot does not fit where it is to start.
     #[error("the robot, {needed} m in radius, has {found} m of room at its start ({x}, {y})")]
     Start {
@@ -104,6 +114,52 @@ pub struct Truth {
 /// Longest step of the base [s].
 const STEP: f64 = 0.005;
 
+fn check(params: &RobotParams) -> Result<(), SimulationError> {
+    let (base, sonar) = (&params.base, &params.sonar);
+    let [left, right] = base.wheel_error;
+    for (name, found) in [
+        ("base.radius", base.radius),
+        ("base.height", base.height),
+        ("base.track", base.track),
+        ("base.track_error", base.track_error),
+        ("base.wheel_error", left.min(right)),
+        ("base.max_speed", base.max_speed),
+        ("base.max_acceleration", base.max_acceleration),
+        ("base.tick", base.tick),
+        ("sonar.max_range", sonar.max_range),
+        ("sonar.half_beam", sonar.half_beam),
+        ("sonar_cycle", params.sonar_cycle),
+        ("pan_speed", params.pan_speed),
+        ("frame_time", params.frame_time),
+    ] {
+        // NaN is not above 0 either
+        if !(found > 0.0 && found < 1e12) {
+            return Err(SimulationError::Value {
+                name,
+                expected: "above 0, finite",
+                found,
+            });
+        }
+    }
+    let noise = [
+        base.slip_noise,
+        sonar.sigma,
+        sonar.blanking,
+        sonar.resolution,
+    ];
+    let times = [params.pan_settle, params.frame_delay];
+    for found in noise.into_iter().chain(times) {
+        if !(0.0..1e12).contains(&found) {
+            return Err(SimulationError::Value {
+                name: "noise, blanking, resolution, pan_settle or frame_delay",
+                expected: "0 or more, finite",
+                found,
+            });
+        }
+    }
+    Ok(())
+}
+
 #[derive(Debug)]
 pub(crate) struct State {
     pub(crate) world: World,
@@ -118,8 +174,11 @@ pub(crate) struct State {
 }
 
 impl State {
-    /// Lets time pass.
+    /// Lets time pass; none for a time that is not finite.
     pub(crate) fn advance(&mut self, seconds: f64) {
+        if !seconds.is_finite() {
+            return;
+        }
         let end = self.time + seconds.max(0.0);
         while self.time < end {
             let step = (end - self.time).min(STEP);
@@ -171,8 +230,9 @@ impl Simulation {
     /// Puts a robot at the world's start.
     ///
     /// # Errors
-    /// [`SimulationError`] where the camera is impossible, or the robot does not fit there.
+    /// [`SimulationError`] where a part is impossible, or the robot does not fit there.
     pub fn new(world: World, params: RobotParams, seed: u64) -> Result<Self, SimulationError> {
+        check(&params)?;
         let renderer = Renderer::new(params.camera, params.look)?;
         let start = world.start();
         let room = world.room_at(

@@ -96,10 +96,7 @@ impl World {
     /// # Errors
     /// [`WorldError`] with the place that is wrong.
     pub fn from_toml(text: &str) -> Result<Self, WorldError> {
-        let building: Building = toml::from_str(text).map_err(|e| WorldError::Toml {
-            message: e.to_string().trim_end().replace('\n', " "),
-        })?;
-        Self::new(&building)
+        Self::new(&Building::from_toml(text)?)
     }
 
     /// A world from a building.

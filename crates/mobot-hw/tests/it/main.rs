@@ -1,3 +1,19 @@
 //! Integration tests: one binary for the crate.
 
+#[cfg(feature = "simulation")]
+mod base;
+#[cfg(feature = "simulation")]
+mod camera;
+#[cfg(feature = "simulation")]
+mod determinism;
+#[cfg(all(feature = "emulation", feature = "serial", unix))]
+mod emulated;
+#[cfg(feature = "simulation")]
+mod files;
+mod motion;
 mod serial;
+#[cfg(feature = "simulation")]
+mod sonar;
+mod traits;
+#[cfg(feature = "simulation")]
+mod world;
