@@ -240,7 +240,7 @@ time.sleep(1)
 moving = bot.get_sensors()
 bot.drive_stop()
 after = bot.get_sensors()
-print(before.open_interface_mode, moving.velocity_right, moving.velocity_left, after.velocity_right,
+print('told', before.open_interface_mode, moving.velocity_right, moving.velocity_left, after.velocity_right,
       (after.encoder_counts_left - before.encoder_counts_left) % 65536,
       (after.encoder_counts_right - before.encoder_counts_right) % 65536)
 ";
@@ -250,7 +250,11 @@ print(before.open_interface_mode, moving.velocity_right, moving.velocity_left, a
         .output()
         .expect("Python runs");
     let text = String::from_utf8_lossy(&run.stdout).into_owned();
-    let told: Vec<i64> = text.split_whitespace().flat_map(str::parse).collect();
+    let line = text
+        .lines()
+        .find_map(|l| l.strip_prefix("told "))
+        .unwrap_or_default();
+    let told: Vec<i64> = line.split(' ').flat_map(str::parse).collect();
     let [mode, right, left, stopped, left_counts, right_counts] = told[..] else {
         panic!("{text} {}", String::from_utf8_lossy(&run.stderr));
     };
