@@ -8,6 +8,8 @@
 mod clock;
 #[cfg(feature = "simulation")]
 mod dice;
+#[cfg(all(feature = "emulation", unix))]
+pub mod emulate;
 mod motion;
 #[cfg_attr(
     not(feature = "simulation"),
@@ -15,6 +17,7 @@ mod motion;
 )]
 mod real;
 mod sense;
+pub mod serial;
 #[cfg(feature = "simulation")]
 pub mod sim;
 mod traits;

@@ -6,9 +6,12 @@ mod base;
 mod camera;
 #[cfg(feature = "simulation")]
 mod determinism;
+#[cfg(all(feature = "emulation", feature = "serial", unix))]
+mod emulated;
 #[cfg(feature = "simulation")]
 mod files;
 mod motion;
+mod serial;
 #[cfg(feature = "simulation")]
 mod sonar;
 mod traits;
