@@ -473,6 +473,7 @@ impl<'a> View<'a> {
     }
 
     /// Where a pixel moves when the camera nods down and rolls: place, rate by the pixel, by nod, by roll.
+    #[expect(clippy::type_complexity, reason = "four of one residual, used once")]
     fn nodded(
         &self,
         lens: &CameraMatrix,
