@@ -9,6 +9,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use rustix::fs::{Mode, OFlags};
+use rustix::io::FdFlags;
 use rustix::pty::OpenptFlags;
 use rustix::termios::OptionalActions;
 
@@ -221,12 +222,15 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 /// A pseudo-terminal in raw mode: our end, the other end, and its name.
 fn terminal() -> io::Result<([OwnedFd; 2], PathBuf)> {
+    // a child process that kept an end would keep a pulled plug in
     let ours = rustix::pty::openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
+    rustix::io::fcntl_setfd(&ours, FdFlags::CLOEXEC)?;
     rustix::pty::grantpt(&ours)?;
     rustix::pty::unlockpt(&ours)?;
     let name = rustix::pty::ptsname(&ours, Vec::new())?;
     let path = PathBuf::from(name.into_string().map_err(io::Error::other)?);
-    let theirs = rustix::fs::open(&path, OFlags::RDWR | OFlags::NOCTTY, Mode::empty())?;
+    let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
+    let theirs = rustix::fs::open(&path, flags, Mode::empty())?;
     let mut mode = rustix::termios::tcgetattr(&theirs)?;
     mode.make_raw();
     rustix::termios::tcsetattr(&theirs, OptionalActions::Now, &mode)?;

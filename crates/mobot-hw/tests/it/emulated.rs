@@ -167,8 +167,13 @@ fn a_create_2_drives_stops_counts_and_vanishes() {
         ..LineFaults::default()
     };
     emulation.set_faults(0, unplugged);
-    std::thread::sleep(Duration::from_millis(20));
-    let (status, drive) = (base.status(), base.drive(Twist2::default()));
+    // the plug is pulled by the emulation's own thread, when that gets its turn
+    let began = Instant::now();
+    let mut status = base.status();
+    while status != Err(SerialError::Unplugged) && began.elapsed() < Duration::from_millis(500) {
+        status = base.status();
+    }
+    let drive = base.drive(Twist2::default());
     assert_eq!(status, Err(SerialError::Unplugged));
     assert_eq!(drive, Err(SerialError::Unplugged));
 }
