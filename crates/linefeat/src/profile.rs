@@ -127,12 +127,19 @@ impl Fit {
 impl Profiles {
     /// The segment along `path`, if at least half of `least` cuts show its edge.
     pub(crate) fn fit(&mut self, image: &GrayImage, path: &Path, least: u32) -> Option<Segment> {
+        // edge pixels may lie the best part of a pixel beside a diagonal, where the sums are not linear yet
         let every = (path.extent() as usize / ROUGH).max(1);
-        let rough = self.pass(image, path, [path.offset, path.slope], every, NEAR)?;
-        let line = self.line(rough);
-        let deviation = (self.squares(&line, rough) / (line.count - 2.0)).sqrt();
-        let near = NEAR.max(NEAR_SIGMAS * deviation);
-        let height = self.pass(image, path, [line.at(0.0), line.slope], 1, near)?;
+        let (mut start, mut near) = ([path.offset, path.slope], NEAR);
+        for _ in 0..2 {
+            let height = self.pass(image, path, start, every, near)?;
+            let line = self.line(height);
+            let deviation = (self.squares(&line, height) / (line.count - 2.0)).sqrt();
+            (start, near) = (
+                [line.at(0.0), line.slope],
+                NEAR.max(NEAR_SIGMAS * deviation),
+            );
+        }
+        let height = self.pass(image, path, start, 1, near)?;
         if self.cuts.len() < (least as usize).div_ceil(2) {
             return None;
         }

@@ -94,19 +94,16 @@ fn regions_without_noise_hold_the_truth() {
         let mut edge = Edge::random(&mut rng, 90, 70);
         edge.noise = 1e-6;
         if seed % 3 == 0 {
-            // along an axis, where all cuts are alike
-            edge.theta = if seed % 2 == 0 {
-                0.0
-            } else {
-                0.5 * std::f64::consts::PI
-            };
+            // along an axis or a diagonal, where all cuts are alike
+            edge.theta = [0.0, FRAC_PI_2, 0.5 * FRAC_PI_2][seed as usize / 3 % 3];
             edge.rho = rng.random_range(20.0..50.0);
         }
         let found = seen(&edge, 90, 70, seed);
         assert!(!found.is_empty(), "{edge:?}");
         for segment in found {
             assert!((0.0..std::f64::consts::PI).contains(&segment.theta));
-            assert!(distance(&segment, &edge) < 9.21, "{edge:?} {segment:?}");
+            // one rounding for a whole line: no Gaussian, so a wider region than that of 95 %
+            assert!(distance(&segment, &edge) < 16.0, "{edge:?} {segment:?}");
             assert!(
                 middle_error(&segment, &edge).abs() < 0.06,
                 "{edge:?} {segment:?}"
@@ -125,12 +122,12 @@ fn places_between_pixels_are_alike() {
             dark: 60.0,
             contrast: 150.0,
             blur: 0.7,
-            noise: 1.0,
+            noise: 0.6,
         };
         let found = seen(&edge, 64, 64, step as u64);
         assert_eq!(found.len(), 1, "{edge:?} {found:#?}");
         assert!(
-            middle_error(&found[0], &edge).abs() < 0.01,
+            middle_error(&found[0], &edge).abs() < 0.005,
             "{edge:?} {:?}",
             found[0]
         );
