@@ -3,7 +3,6 @@
     not(feature = "simulation"),
     doc = "Sonar, camera and base behind small traits. The README's example needs the feature `simulation`."
 )]
-#![doc = include_str!("../README.md")]
 
 mod clock;
 #[cfg(feature = "simulation")]

@@ -90,7 +90,7 @@ impl Default for LocateParams {
         Self {
             pitch_sigma: 0.6_f64.to_radians(),
             roll_sigma: 0.2_f64.to_radians(),
-            bias_px: 0.07,
+            bias_px: 0.065,
             plan_sigma: 0.003,
             observed_position: 0.02,
             observed_heading: 0.5_f64.to_radians(),

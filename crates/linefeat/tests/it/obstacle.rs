@@ -157,11 +157,11 @@ fn run(
     floor: &dyn Fn([f64; 2]) -> FloorState,
     mut judge: impl FnMut(f64, &ObstacleTracker, &GrayImage),
 ) {
-    let mut renderer = Renderer::new(*camera, Look::default()).unwrap();
+    let mut renderer = Renderer::new(*camera, Look::default()).expect("valid");
     let mut tracker = ObstacleTracker::new(view_of(camera), ObstacleParams::default());
     for i in 0..(seconds * RATE) as u64 {
         let time = i as f64 / RATE;
-        let world = World::new(&building(time)).unwrap();
+        let world = World::new(&building(time)).expect("valid");
         let at = pose(time);
         let frame = renderer.render(&world, at, time, seed * 10_007 + i);
         // odometry: a little noise on every pose
@@ -187,8 +187,8 @@ fn the_view_is_the_camera_s() {
     for point in [[2.0, 0.0], [3.0, 0.8], [5.5, -1.2]] {
         let pixel = camera
             .pixel_of(Pose2::default(), Point2::new(point[0], point[1]), 0.0)
-            .unwrap();
-        assert!(distance(view.floor_point(pixel).unwrap(), point) < 1e-9);
+            .expect("valid");
+        assert!(distance(view.floor_point(pixel).expect("valid"), point) < 1e-9);
     }
     assert!(distance(view.camera_foot(), [0.0, 0.0]) < 1e-9);
     // above the horizon there is no floor
@@ -333,8 +333,9 @@ fn mahalanobis(p: &[[f64; 4]; 4], x: [f64; 4]) -> f64 {
     for i in 0..4 {
         for j in i + 1..4 {
             let factor = rows[j][i] / rows[i][i];
-            for k in i..5 {
-                rows[j][k] -= factor * rows[i][k];
+            let above = rows[i];
+            for (entry, above) in rows[j].iter_mut().zip(above).skip(i) {
+                *entry -= factor * above;
             }
         }
     }
@@ -503,7 +504,7 @@ fn people_who_walk_are_followed() {
             b.people.push(walker.clone());
             b
         };
-        let world = World::new(&furnish(0.0)).unwrap();
+        let world = World::new(&furnish(0.0)).expect("valid");
         let pose = |t: f64| Pose2::new(0.2 * t, 0.0, 0.0);
         run(
             &camera,
@@ -535,7 +536,7 @@ fn people_who_walk_are_followed() {
 fn nodding_and_brighter_light_are_no_motion() {
     let mut false_tracks = BTreeSet::new();
     let camera = CameraModel::paper();
-    let world = World::new(&hall(textures()[1])).unwrap();
+    let world = World::new(&hall(textures()[1])).expect("valid");
     let mut tracker = ObstacleTracker::new(view_of(&camera), ObstacleParams::default());
     for i in 0..30_u64 {
         let nod = (mixed(i) - 0.5) * 1.5_f64.to_radians();
@@ -547,7 +548,7 @@ fn nodding_and_brighter_light_are_no_motion() {
             tilt: camera.tilt + nod,
             ..camera
         };
-        let frame = Renderer::new(camera, look).unwrap().render(
+        let frame = Renderer::new(camera, look).expect("valid").render(
             &world,
             Pose2::new(0.02 * i as f64, 0.0, 0.0),
             0.0,

@@ -382,6 +382,15 @@ struct Seen {
     by_ground: Matrix2<f64>,
 }
 
+/// A pixel after nod and roll, and how it moves.
+struct Nodded {
+    pixel: Vector2<f64>,
+    /// By the pixel before.
+    turned: Matrix2<f64>,
+    by_nod: Vector2<f64>,
+    by_roll: Vector2<f64>,
+}
+
 /// The camera at one value of the unknowns.
 pub(super) struct View<'a> {
     model: &'a Model<'a>,
@@ -426,7 +435,7 @@ impl<'a> View<'a> {
         }
         let still = q.xy() / q.z;
         match &self.model.lens {
-            Some(lens) => Some(self.nodded(lens, still)?.0),
+            Some(lens) => Some(self.nodded(lens, still)?.pixel),
             None => Some(still),
         }
     }
@@ -461,7 +470,12 @@ impl<'a> View<'a> {
                 by_ground,
             });
         };
-        let (pixel, turned, by_nod, by_roll) = self.nodded(&lens, still.xy())?;
+        let Nodded {
+            pixel,
+            turned,
+            by_nod,
+            by_roll,
+        } = self.nodded(&lens, still.xy())?;
         let mut rates = turned * rates;
         rates.set_column(3, &by_nod);
         rates.set_column(4, &by_roll);
@@ -472,13 +486,8 @@ impl<'a> View<'a> {
         })
     }
 
-    /// Where a pixel moves when the camera nods down and rolls: place, rate by the pixel, by nod, by roll.
-    #[expect(clippy::type_complexity, reason = "four of one residual, used once")]
-    fn nodded(
-        &self,
-        lens: &CameraMatrix,
-        still: Vector2<f64>,
-    ) -> Option<(Vector2<f64>, Matrix2<f64>, Vector2<f64>, Vector2<f64>)> {
+    /// Where a pixel moves when the camera nods down and rolls.
+    fn nodded(&self, lens: &CameraMatrix, still: Vector2<f64>) -> Option<Nodded> {
         let (a, b) = ((still.x - lens.cx) / lens.fx, (still.y - lens.cy) / lens.fy);
         let ([cn, sn], [cr, sr]) = (self.nod, self.roll);
         // nodding down lifts the scene: about the axis to the right
@@ -496,8 +505,12 @@ impl<'a> View<'a> {
         let by_b = by(-sr * cn, cr * cn, sn) / lens.fy;
         let by_nod = by(sr * z, -cr * z, y);
         let by_roll = by(-y2, x, 0.0);
-        let place = Vector2::new(lens.cx + lens.fx * u, lens.cy + lens.fy * v);
-        Some((place, Matrix2::from_columns(&[by_a, by_b]), by_nod, by_roll))
+        Some(Nodded {
+            pixel: Vector2::new(lens.cx + lens.fx * u, lens.cy + lens.fy * v),
+            turned: Matrix2::from_columns(&[by_a, by_b]),
+            by_nod,
+            by_roll,
+        })
     }
 
     /// The floor point (map) that a pixel sees, the camera nodding as it does.

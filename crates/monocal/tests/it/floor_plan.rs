@@ -43,7 +43,7 @@ fn real_doors() -> Vec<[Point2; 2]> {
 #[test]
 fn real_doors_are_among_the_openings() {
     let map = load_map(
-        &testdata("maps/utexas_gdc/real-3/3.yaml"),
+        testdata("maps/utexas_gdc/real-3/3.yaml"),
         &LoadOptions::default(),
     );
     let plan = FloorPlan::from_map(&map.expect("the map").map, &DeriveParams::default());
