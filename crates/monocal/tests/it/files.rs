@@ -91,7 +91,7 @@ fn bad_cameras_are_refused_in_one_line() {
     let eight = |entry: &str| {
         format!(
             "[{}]",
-            vec![format!("[{}]", vec![entry; 8].join(",")); 8].join(",")
+            vec![format!("[{}]", [entry; 8].join(",")); 8].join(",")
         )
     };
     for (text, said) in [
