@@ -252,12 +252,11 @@ def hough_rows(frame, corridor):
         return all(near(line).any() for line in theirs)
 
     def longest(ours, theirs):
-        """Most of the peer's ten longest segments lie on lines of ours."""
-        theirs = theirs.reshape(-1, 4)
-        order = np.argsort(-np.hypot(*(theirs[:, :2] - theirs[:, 2:]).T))
-        ours = normal_forms(ours)
-        near = lambda l: (abs(ours[:, 0] - l[0]) < 4) & (abs(ours[:, 1] - l[1]) < 0.05)
-        return sum(near(line).any() for line in normal_forms(theirs[order[:10]])) >= 7
+        """Our ten longest segments lie on lines of the peer, whose own choice of contrasts is wider."""
+        order = np.argsort(-np.hypot(*(ours[:, :2] - ours[:, 2:]).T))
+        theirs = normal_forms(theirs)
+        near = lambda l: (abs(theirs[:, 0] - l[0]) < 4) & (abs(theirs[:, 1] - l[1]) < 0.05)
+        return sum(near(line).any() for line in normal_forms(ours[order[:10]])) >= 8
 
     angle = np.pi / 180
     cv = lambda work, peer, do, agrees: Row(work, peer, cv2.__version__, do, agrees, "")

@@ -337,21 +337,24 @@ impl Bench {
                 }
                 all > 1000 && near * 10 > all * 9
             }
-            // it knows whole degrees and pixels: its strongest line must be one of ours
+            // it knows whole degrees and pixels, and finds neighbours that we hold for one line
             "imageproc_hough" => {
                 self.run("canny");
                 let options = imageproc::hough::LineDetectionOptions {
                     vote_threshold: 100,
                     suppression_radius: 4,
                 };
-                let theirs = imageproc::hough::detect_lines(&self.edge_picture, options);
-                let near = |line: &Line| {
-                    theirs.iter().any(|other| {
-                        let turn = line.theta - f64::from(other.angle_in_degrees).to_radians();
-                        turn.abs() < 0.03 && (line.rho - f64::from(other.r)).abs() < 2.0
-                    })
+                let mut theirs = imageproc::hough::detect_lines(&self.edge_picture, options);
+                // its bin there is two pixels wide
+                theirs.retain(|line| line.r.abs() >= 1.0);
+                let near = |other: &&imageproc::hough::PolarLine| {
+                    let theta = f64::from(other.angle_in_degrees).to_radians();
+                    let turn = |line: &Line| (line.theta - theta).abs();
+                    let shift = |line: &Line| (line.rho - f64::from(other.r)).abs();
+                    (self.lines.iter()).any(|line| turn(line) < 0.06 && shift(line) < 25.0)
                 };
-                self.lines.iter().take(5).filter(|line| near(line)).count() >= 4
+                let count = theirs.iter().filter(near).count();
+                count > 5 && count * 10 > theirs.len() * 9
             }
             "plain_sonar_update" => {
                 let (width, height) = (self.map.width, self.map.height);

@@ -10,6 +10,8 @@ use crate::{EdgeMap, EdgePixel, HoughError, HoughParams, Voting};
 const MAX_BINS: usize = 1 << 28;
 /// Angles computed at once.
 const LANES: usize = 16;
+/// 1.5 x 2^23: from here on the numbers of f32 are whole.
+const ROUNDING: f32 = 12_582_912.0;
 /// Bins before and behind a row that take the empty part of a block's window.
 const MARGIN: usize = 16;
 
@@ -189,10 +191,15 @@ impl pulp::NullaryFnOnce for NearGradient<'_> {
         let wrapped = [-(half as i32), votes.angles as i32];
         let per_radian = votes.angles as f32 / std::f32::consts::PI;
         for some in pixels.chunks(LANES) {
+            let (mut gx, mut gy) = ([0f32; LANES], [0f32; LANES]);
+            for (i, pixel) in some.iter().enumerate() {
+                (gx[i], gy[i]) = (f32::from(pixel.gx), f32::from(pixel.gy));
+            }
             let mut nearest = [0i32; LANES];
-            for (nearest, pixel) in nearest.iter_mut().zip(some) {
-                let angle = direction(f32::from(pixel.gx), f32::from(pixel.gy));
-                *nearest = (angle * per_radian).round_ties_even() as i32;
+            for (nearest, (gx, gy)) in nearest.iter_mut().zip(gx.into_iter().zip(gy)) {
+                // halves to even: an addition that leaves no room for fractions
+                let rounded = direction(gx, gy) * per_radian + ROUNDING;
+                *nearest = rounded.to_bits().wrapping_sub(ROUNDING.to_bits()) as i32;
             }
             for (pixel, nearest) in some.iter().zip(nearest) {
                 let mut first = nearest + wrapped[0];

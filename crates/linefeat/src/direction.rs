@@ -35,3 +35,22 @@ pub(crate) fn direction(gx: f32, gy: f32) -> f32 {
     angle = if gx < 0.0 { PI - angle } else { angle };
     if gy < 0.0 { -angle } else { angle }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::direction;
+
+    #[test]
+    fn all_gradients_have_their_angle() {
+        let mut worst = 0f64;
+        for gx in -1020i16..=1020 {
+            for gy in (-1020i16..=1020).step_by(3).chain([0]) {
+                let exact = f64::from(gy).atan2(f64::from(gx));
+                let ours = f64::from(direction(f32::from(gx), f32::from(gy)));
+                worst = worst.max((ours - exact).abs());
+            }
+        }
+        assert!(worst < 2e-6, "{worst}");
+        assert!(direction(0.0, 0.0).abs() < 1e-9);
+    }
+}

@@ -22,7 +22,7 @@ pub struct Line {
 pub enum Voting {
     /// All lines through it: the standard transform.
     AllDirections,
-    /// The lines through it whose normals lie near its gradient: the modified transform. Some twenty
+    /// The lines through it whose normals lie near its gradient: the modified transform. Three to four
     /// times faster, and crossing clutter does not vote.
     NearGradient {
         /// Largest angle between normal and gradient [rad], above 0; rounded to whole bins. Raised:
