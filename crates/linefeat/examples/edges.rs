@@ -3,7 +3,7 @@
 //!
 //!   cargo run -p linefeat --example edges
 
-#![allow(clippy::print_stdout)]
+#![expect(clippy::print_stdout, reason = "an example shows what it found")]
 
 use image::{GrayImage, Luma};
 use linefeat::{Canny, CannyParams, EdgeMap, ModifiedCannyParams, Region};

@@ -1,6 +1,6 @@
 //! A door frame on a wall: its edges, each with the standard deviations of its place and direction.
 
-#![allow(clippy::print_stdout)]
+#![expect(clippy::print_stdout, reason = "an example shows what it found")]
 
 use image::{GrayImage, Luma};
 use linefeat::{Detector, DetectorParams};

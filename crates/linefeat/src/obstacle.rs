@@ -107,6 +107,8 @@ pub struct ObstacleTracker {
     recent: VecDeque<(Moment, Memory)>,
     /// Memory of frames that grew too old.
     spare: Vec<Memory>,
+    /// Pixels that differ, and those of them that are no specks.
+    differing: Vec<bool>,
     changed: Vec<bool>,
     regions: Vec<MovedRegion>,
     tracks: Tracks,
@@ -129,6 +131,7 @@ impl ObstacleTracker {
             fan: Fan::default(),
             recent: VecDeque::new(),
             spare: Vec::new(),
+            differing: Vec::new(),
             changed: Vec::new(),
             regions: Vec::new(),
             tracks: Tracks::default(),
@@ -177,6 +180,7 @@ impl ObstacleTracker {
                 &warp,
                 &self.fan,
                 params,
+                &mut self.differing,
                 &mut self.changed,
             );
             let foot = self.view.camera_foot();

@@ -92,6 +92,7 @@ pub(super) fn change(
     warp: &[[f64; 3]; 3],
     fan: &Fan,
     params: &ObstacleParams,
+    raw: &mut Vec<bool>,
     changed: &mut Vec<bool>,
 ) {
     let [w, h] = current.size();
@@ -102,7 +103,8 @@ pub(super) fn change(
     }
     let shift = shift(current, previous, warp, fan);
     let slack = params.least_change.max(5.0 * shift.noise);
-    let mut raw = vec![false; w * h];
+    raw.clear();
+    raw.resize(w * h, false);
     for v in 0..h {
         for u in 0..w {
             if fan.range[v * w + u].is_infinite() {
@@ -122,7 +124,7 @@ pub(super) fn change(
             raw[v * w + u] = (value - then).abs() > slack + MISPLACED * slope;
         }
     }
-    open(&raw, w, h, changed);
+    open(raw, w, h, changed);
 }
 
 /// Keeps what a full block of 5 x 2 or of 2 x 5 pixels covers: strips, but no specks.
