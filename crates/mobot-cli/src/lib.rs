@@ -3,5 +3,6 @@
 pub mod args;
 pub mod cmd;
 pub mod frame;
+pub mod nav;
 pub mod output;
 pub mod picture;

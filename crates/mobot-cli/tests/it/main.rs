@@ -3,4 +3,5 @@
 mod bad_input;
 mod camera;
 mod commands;
+mod nav;
 mod run;

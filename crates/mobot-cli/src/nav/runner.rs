@@ -1,0 +1,413 @@
+//! The loop: ask the devices, estimate, decide, make safe, drive. The only place that touches devices.
+
+use mobot_hw::{
+    BaseStatus, Camera, CameraFrame, Clock, DeviceError as _, DifferentialDrive, FaultKind,
+    RangeFinder, Twist2,
+};
+use occgrid::{FrameError, OccupancyGrid, Pose2, Reading, SonarModel};
+
+use super::safety::travel_bearing;
+use super::swath::swath;
+use super::{
+    Action, Behaviour, Device, Entry, Event, FilterParams, Motion, Observation, Outcome,
+    PoseFilter, RunLog, Safety, SafetyInput, SafetyParams, Sounding, StopCause,
+};
+
+/// What a robot is driven with. All times are on the one clock.
+#[derive(Debug)]
+pub struct Devices<B, S, C, K> {
+    /// The wheels.
+    pub base: B,
+    /// The sonar.
+    pub sonar: S,
+    /// The camera, where there is one.
+    pub camera: Option<C>,
+    /// The clock that goes with them.
+    pub clock: K,
+}
+
+/// How the loop runs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RunnerParams {
+    /// What is safe.
+    pub safety: SafetyParams,
+    /// How well wheels are known.
+    pub filter: FilterParams,
+    /// The sonar as the map sees it.
+    pub sonar: SonarModel,
+    /// Side of a cell of the map that is made on the way [m].
+    pub resolution: f64,
+    /// A frame is taken every so many steps, 1 or more. Raised: fewer corrections, less work.
+    pub frame_every: u32,
+    /// How far ahead the map is looked at [m].
+    pub look_ahead: f64,
+}
+
+impl Default for RunnerParams {
+    fn default() -> Self {
+        Self {
+            safety: SafetyParams::default(),
+            filter: FilterParams::default(),
+            sonar: SonarModel {
+                sigma: 0.05,
+                blanking: 0.2,
+                ..SonarModel::default()
+            },
+            resolution: 0.05,
+            frame_every: 4,
+            look_ahead: 3.0,
+        }
+    }
+}
+
+/// The robot at work.
+#[derive(Debug)]
+pub struct Runner<B, S, C, K> {
+    devices: Devices<B, S, C, K>,
+    params: RunnerParams,
+    safety: Safety,
+    filter: PoseFilter,
+    map: OccupancyGrid,
+    /// What echoes alone showed, and sweeps made standing still: what may bear witness to silence.
+    witness: OccupancyGrid,
+    status: BaseStatus,
+    twist: Twist2,
+    ahead: Option<Sounding>,
+    aim: f64,
+    command: Twist2,
+    /// The cause of the present stop.
+    standing: Option<StopCause>,
+    failing: [Option<FaultKind>; 3],
+    now: f64,
+    period: f64,
+    steps: u32,
+}
+
+impl<B, S, C, K> Runner<B, S, C, K>
+where
+    B: DifferentialDrive,
+    S: RangeFinder,
+    C: Camera,
+    K: Clock,
+{
+    /// A robot that stands at `map_from_base`.
+    ///
+    /// # Errors
+    /// [`FrameError::Resolution`]
+    pub fn new(
+        devices: Devices<B, S, C, K>,
+        map_from_base: Pose2,
+        params: RunnerParams,
+    ) -> Result<Self, FrameError> {
+        let track = devices.base.track();
+        let now = devices.clock.now();
+        Ok(Self {
+            devices,
+            params,
+            safety: Safety::new(params.safety),
+            filter: PoseFilter::new(map_from_base, track, params.filter),
+            map: OccupancyGrid::new(params.resolution)?,
+            witness: OccupancyGrid::new(params.resolution)?,
+            status: BaseStatus::default(),
+            twist: Twist2::default(),
+            ahead: None,
+            aim: 0.0,
+            command: Twist2::default(),
+            standing: None,
+            failing: [None; 3],
+            now,
+            period: 0.0,
+            steps: 0,
+        })
+    }
+
+    /// The map made so far.
+    #[must_use]
+    pub const fn map(&self) -> &OccupancyGrid {
+        &self.map
+    }
+
+    /// Where the robot is thought to be.
+    #[must_use]
+    pub const fn filter(&self) -> &PoseFilter {
+        &self.filter
+    }
+
+    /// Runs a behaviour until it is done, or until `interrupted`; either way the robot stands at the end.
+    pub fn run(
+        &mut self,
+        behaviour: &mut dyn Behaviour,
+        log: &mut dyn RunLog,
+        interrupted: &dyn Fn() -> bool,
+    ) -> Outcome {
+        loop {
+            if interrupted() {
+                self.halt(StopCause::Interrupted, log);
+                return Outcome::Interrupted;
+            }
+            if let Some(outcome) = self.step(behaviour, log) {
+                return outcome;
+            }
+        }
+    }
+
+    /// One round; `Some` when the behaviour is done and the robot stands.
+    pub fn step(&mut self, behaviour: &mut dyn Behaviour, log: &mut dyn RunLog) -> Option<Outcome> {
+        self.look(log);
+        let sounding = self.listen(log);
+        self.feel(log);
+        let sounding = sounding.map(|ping| self.place(ping));
+        self.tick(log);
+        self.take(sounding.as_ref(), log);
+        let action = self.decide(behaviour, sounding);
+        if let Some(event) = &action.say {
+            log.record(self.now, Entry::Event(event));
+        }
+        self.act(action, log)
+    }
+
+    /// A frame, every so many steps.
+    fn look(&mut self, log: &mut dyn RunLog) -> Option<CameraFrame> {
+        let due = self.steps.is_multiple_of(self.params.frame_every.max(1));
+        self.steps = self.steps.wrapping_add(1);
+        let camera = self.devices.camera.as_mut().filter(|_| due)?;
+        match camera.frame() {
+            Ok(frame) => {
+                self.answered(Device::Camera, log);
+                log.record(frame.stamp, Entry::Frame(&frame));
+                Some(frame)
+            }
+            Err(error) => {
+                self.failed(Device::Camera, error.kind(), log);
+                None
+            }
+        }
+    }
+
+    fn listen(&mut self, log: &mut dyn RunLog) -> Option<mobot_hw::Ping> {
+        match self.devices.sonar.ping(self.aim) {
+            Ok(ping) => {
+                self.answered(Device::Sonar, log);
+                Some(ping)
+            }
+            Err(error) => {
+                self.failed(Device::Sonar, error.kind(), log);
+                None
+            }
+        }
+    }
+
+    /// The wheels' word; the pose goes on with it.
+    fn feel(&mut self, log: &mut dyn RunLog) {
+        match self.devices.base.status() {
+            Ok(status) => {
+                self.answered(Device::Base, log);
+                log.record(status.stamp, Entry::Status(&status));
+                self.twist = velocity(&self.status, &status, self.devices.base.track());
+                self.status = status;
+                self.filter.predict(&status);
+            }
+            Err(error) => self.failed(Device::Base, error.kind(), log),
+        }
+    }
+
+    fn place(&self, ping: mobot_hw::Ping) -> Sounding {
+        Sounding {
+            ping,
+            map_from_base: self.filter.map_from_base_at(ping.stamp),
+            odom_from_base: self.filter.odom_from_base_at(ping.stamp),
+        }
+    }
+
+    /// Reads the clock, once a step.
+    fn tick(&mut self, log: &mut dyn RunLog) {
+        let now = self.devices.clock.now();
+        let took = (now - self.now).max(0.0);
+        self.now = now;
+        // the longest of late: a slow step every few is expected again
+        self.period = took.max(self.period * 0.9);
+        log.record(now, Entry::Now(now));
+    }
+
+    /// Takes a sounding into safety's memory and into the maps.
+    fn take(&mut self, sounding: Option<&Sounding>, log: &mut dyn RunLog) {
+        let Some(sounding) = sounding else { return };
+        log.record(sounding.ping.stamp, Entry::Ping(sounding));
+        self.safety.hear(sounding);
+        let ping = &sounding.ping;
+        if !ping.settled || matches!(ping.reading, Reading::Fault) {
+            return;
+        }
+        if ping.bearing.abs() <= self.params.safety.cone {
+            self.ahead = Some(*sounding);
+        }
+        let shot = sounding.shot();
+        // a map that is full only grows no more
+        let _ = self.map.update(&self.params.sonar, &shot);
+        let stood = self.twist.linear.abs() < 1e-3 && self.command == Twist2::default();
+        let testimony = match shot.reading {
+            Reading::Echo { .. } => Some(shot),
+            Reading::NoEcho { listened } if stood => Some(occgrid::Shot {
+                reading: Reading::NoEcho {
+                    listened: listened.min(self.params.safety.silent_reach),
+                },
+                ..shot
+            }),
+            _ => None,
+        };
+        if let Some(shot) = testimony {
+            let _ = self.witness.update(&self.params.sonar, &shot);
+        }
+    }
+
+    fn decide(&mut self, behaviour: &mut dyn Behaviour, sounding: Option<Sounding>) -> Action {
+        behaviour.step(&Observation {
+            now: self.now,
+            pose: self.filter.estimate(),
+            odom_from_base: self.filter.odom_from_base(),
+            status: self.status,
+            twist: self.twist,
+            sounding,
+            ahead: self.ahead,
+            bearings: self.devices.sonar.bearings(),
+            map: &self.map,
+            movers: &[],
+            halt: self.safety.halt(),
+            stopped: self.standing,
+        })
+    }
+
+    fn act(&mut self, action: Action, log: &mut dyn RunLog) -> Option<Outcome> {
+        let estimate = self.filter.estimate();
+        log.record(self.now, Entry::Pose(&estimate));
+        let (wanted, why) = match action.motion {
+            Motion::Drive(wanted) => (wanted, None),
+            Motion::Stand(why) => (Twist2::default(), Some(StopCause::Wanted(why))),
+            Motion::Resume => {
+                let halted = self.safety.halt().is_some();
+                if halted && self.safety.resume(self.now) {
+                    log.record(self.now, Entry::Event(&Event::Resumed));
+                }
+                (Twist2::default(), Some(StopCause::Wanted("resuming")))
+            }
+            Motion::Done(outcome) => {
+                self.halt(StopCause::Wanted("done"), log);
+                return Some(outcome);
+            }
+        };
+        let input = self.safety_input(wanted);
+        let admitted = self.safety.admit(&input, wanted);
+        self.drive(admitted.command, admitted.cause.or(why), log);
+        self.aim_next(action.aim);
+        None
+    }
+
+    fn safety_input(&self, wanted: Twist2) -> SafetyInput {
+        let estimate = self.filter.estimate();
+        let along = travel_bearing(wanted);
+        let way = Pose2 {
+            theta: estimate.map_from_base.theta + along,
+            ..estimate.map_from_base
+        };
+        let radius = self.params.safety.radius;
+        let (mut witnessed, mut known_clear) = (0.0, f64::INFINITY);
+        if wanted.linear != 0.0 {
+            let reach = self.params.look_ahead;
+            witnessed = swath(&self.witness, way, radius, reach).free;
+            let clear = swath(&self.map, way, radius, reach).clear;
+            if clear < reach {
+                known_clear = clear;
+            }
+        }
+        SafetyInput {
+            now: self.now,
+            status: self.status,
+            odom_from_base: self.filter.odom_from_base(),
+            confidence: estimate.confidence,
+            period: self.period,
+            witnessed,
+            known_clear,
+        }
+    }
+
+    fn drive(&mut self, command: Twist2, cause: Option<StopCause>, log: &mut dyn RunLog) {
+        let stands = command == Twist2::default();
+        if stands {
+            let cause = cause.unwrap_or(StopCause::Wanted("wish of zero"));
+            let news = self.standing.is_none_or(|before| !before.is_like(&cause));
+            if news {
+                log.record(self.now, Entry::Event(&Event::Stop(cause)));
+            }
+            self.standing = Some(cause);
+        } else if self.standing.take().is_some() {
+            log.record(self.now, Entry::Event(&Event::Go));
+        }
+        self.command = command;
+        log.record(self.now, Entry::Command(command));
+        let sent = if stands {
+            self.devices.base.stop()
+        } else {
+            self.devices.base.drive(command)
+        };
+        if let Err(error) = sent {
+            self.failed(Device::Base, error.kind(), log);
+        }
+    }
+
+    /// Where the next firing goes: along the way while the wheels drive, as a turn of the sonar takes longer
+    /// than a reading stays fresh (S1); else where it is wished.
+    fn aim_next(&mut self, wanted: f64) {
+        let reach = self.devices.sonar.bearings();
+        let driving = self.command.linear != 0.0 || self.twist.linear.abs() > 0.02;
+        let aim = if driving && self.command.linear != 0.0 {
+            self.safety.aim_along(self.command)
+        } else if driving {
+            0.0
+        } else {
+            wanted
+        };
+        let aim = if aim.is_finite() { aim } else { 0.0 };
+        self.aim = aim.clamp(reach.from, reach.to);
+    }
+
+    /// Stops the robot and waits until it stands.
+    fn halt(&mut self, cause: StopCause, log: &mut dyn RunLog) {
+        self.drive(Twist2::default(), Some(cause), log);
+        for _ in 0..100 {
+            self.devices.clock.sleep(0.02);
+            self.feel(log);
+            if self.twist.linear.abs() < 1e-3 && self.twist.angular.abs() < 1e-2 {
+                break;
+            }
+        }
+        self.tick(log);
+    }
+
+    fn failed(&mut self, device: Device, kind: FaultKind, log: &mut dyn RunLog) {
+        log.record(self.now, Entry::Fault(device, kind));
+        let now = self.devices.clock.now();
+        self.safety.fault(now, device, kind);
+        if self.failing[device as usize].replace(kind) != Some(kind) {
+            log.record(now, Entry::Event(&Event::Fault(device, kind)));
+        }
+    }
+
+    fn answered(&mut self, device: Device, log: &mut dyn RunLog) {
+        if self.failing[device as usize].take().is_some() {
+            log.record(self.now, Entry::Event(&Event::Healthy(device)));
+        }
+    }
+}
+
+/// Velocity between two words of a base; zero where no time passed.
+fn velocity(before: &BaseStatus, after: &BaseStatus, track: f64) -> Twist2 {
+    let time = after.stamp - before.stamp;
+    if time <= 0.0 {
+        return Twist2::default();
+    }
+    let rolled = [
+        (after.travel.left - before.travel.left) / time,
+        (after.travel.right - before.travel.right) / time,
+    ];
+    Twist2::from_wheels(rolled, track)
+}
