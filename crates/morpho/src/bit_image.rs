@@ -1,5 +1,7 @@
 //! A binary image, 64 pixels a word: 1 = foreground = free.
 
+use crate::aligned::AlignedWords;
+
 /// The place of a pixel: column `x` from the left, row `y` from the top.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
@@ -26,7 +28,7 @@ pub struct BitImage {
     width: usize,
     height: usize,
     stride: usize,
-    words: Vec<u64>,
+    words: AlignedWords,
 }
 
 impl BitImage {
@@ -38,7 +40,7 @@ impl BitImage {
             width,
             height,
             stride,
-            words: vec![0; stride * height],
+            words: AlignedWords::zeros(stride * height),
         }
     }
 
@@ -63,14 +65,10 @@ impl BitImage {
     /// If the number of words is not `width.div_ceil(64) * height`.
     #[must_use]
     pub fn from_words(width: usize, height: usize, words: Vec<u64>) -> Self {
-        let stride = width.div_ceil(64);
+        let mut image = Self::new(width, height);
+        let stride = image.stride;
         assert_eq!(words.len(), stride * height, "words of {width} x {height}");
-        let mut image = Self {
-            width,
-            height,
-            stride,
-            words,
-        };
+        image.words.copy_from_slice(&words);
         let tail = image.tail_mask();
         if stride > 0 {
             for row in image.words.chunks_exact_mut(stride) {
@@ -171,7 +169,7 @@ impl BitImage {
         self.width = width;
         self.height = height;
         self.stride = width.div_ceil(64);
-        self.words.resize(self.stride * height, 0);
+        self.words.resize(self.stride * height);
     }
 
     /// Becomes equal to `other` in the memory it already has where that suffices.
@@ -232,7 +230,7 @@ impl BitImage {
             (other.width, other.height),
             "images of different sizes"
         );
-        for (a, &b) in self.words.iter_mut().zip(&other.words) {
+        for (a, &b) in self.words.iter_mut().zip(&*other.words) {
             *a = f(*a, b);
         }
     }
@@ -244,7 +242,7 @@ impl BitImage {
             && self
                 .words
                 .iter()
-                .zip(&other.words)
+                .zip(&*other.words)
                 .all(|(a, b)| a & !b == 0)
     }
 

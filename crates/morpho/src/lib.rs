@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod aligned;
 mod bit_image;
 mod components;
 pub mod distance;

@@ -40,10 +40,11 @@ pub(crate) fn rectangle<L: Lattice>(
         band,
         strips,
         runs,
+        between,
     } = buffers;
     let run = runs[0];
     if let Along::All { then_outside } = along {
-        return square::twice::<L>(image, [outside, then_outside], block, band, out);
+        return square::twice::<L>(image, [outside, then_outside], block, between, out);
     }
     if (run, runs.len()) == (square::RUN, square::ROWS) {
         return square::once::<L>(image, outside, block, out);

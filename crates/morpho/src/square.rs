@@ -2,6 +2,7 @@
 //! a column of words stays in registers.
 
 use crate::BitImage;
+use crate::aligned::AlignedWords;
 use crate::element::ElementRun;
 use crate::rectangle::BAND_WORDS;
 use crate::window::Lattice;
@@ -40,18 +41,18 @@ pub(crate) fn twice<L: Lattice>(
     image: &BitImage,
     [outside, then_outside]: [u64; 2],
     block: &mut Vec<u64>,
-    between: &mut Vec<u64>,
+    between: &mut AlignedWords,
     out: &mut BitImage,
 ) {
     let mut source = Source::new(image, outside, block);
     let sides = Sides::new(image, outside);
     let then_sides = Sides::new(image, then_outside);
     let (stride, height, rows) = (image.stride(), image.height(), band_rows(image));
-    between.resize((rows + 2) * stride + 2, 0);
+    between.resize((rows + 2) * stride + 2 + 7);
     let bands = out.words_mut().chunks_mut(rows * stride);
     for (top, out) in (0..).step_by(rows).zip(bands) {
         let count = out.len() / stride;
-        let between = &mut between[..out.len() + 2 * stride + 2];
+        let between = &mut between[7..][..out.len() + 2 * stride + 2];
         // the rows top - 1 ..= top + count, as far as there are such
         let (mut first, mut last) = (1, between.len() - 1);
         if top == 0 {
@@ -130,26 +131,26 @@ impl Sides {
     fn sweep<L: Lattice>(&self, rows: &[u64], out: &mut [u64]) {
         let mut x = 0;
         while x + 8 <= self.stride {
-            if x == 0 || x + 8 == self.stride {
-                self.columns::<L, 8, true>(x, rows, out);
-            } else {
-                self.columns::<L, 8, false>(x, rows, out);
+            match (x == 0, x + 8 == self.stride) {
+                (false, false) => self.columns::<L, 8, false, false>(x, rows, out),
+                (true, false) => self.columns::<L, 8, true, false>(x, rows, out),
+                (_, true) => self.columns::<L, 8, true, true>(x, rows, out),
             }
             x += 8;
         }
         if x + 4 <= self.stride {
-            self.columns::<L, 4, true>(x, rows, out);
+            self.columns::<L, 4, true, true>(x, rows, out);
             x += 4;
         }
         for x in x..self.stride {
-            self.columns::<L, 1, true>(x, rows, out);
+            self.columns::<L, 1, true, true>(x, rows, out);
         }
     }
 
-    /// The words `x .. x + W` of the rows; `EDGE` if the first or the last of a row may be among
-    /// them.
+    /// The words `x .. x + W` of the rows; `FIRST` and `LAST` if the first or the last of a
+    /// row may be among them.
     #[inline(always)]
-    fn columns<L: Lattice, const W: usize, const EDGE: bool>(
+    fn columns<L: Lattice, const W: usize, const FIRST: bool, const LAST: bool>(
         &self,
         x: usize,
         rows: &[u64],
@@ -157,14 +158,14 @@ impl Sides {
     ) {
         let stride = self.stride;
         let edge = Edge::<W>::new(self, x);
-        let mut above = edge.three_columns::<L, EDGE>(&rows[x..]);
-        let mut here = edge.three_columns::<L, EDGE>(&rows[stride + x..]);
+        let mut above = edge.three_columns::<L, FIRST, LAST>(&rows[x..]);
+        let mut here = edge.three_columns::<L, FIRST, LAST>(&rows[stride + x..]);
         for y in 0..out.len() / stride {
-            let below = edge.three_columns::<L, EDGE>(&rows[(y + 2) * stride + x..]);
+            let below = edge.three_columns::<L, FIRST, LAST>(&rows[(y + 2) * stride + x..]);
             let out = &mut out[y * stride + x..][..W];
             for i in 0..W {
                 out[i] = L::meet(L::meet(above[i], here[i]), below[i]);
-                if EDGE {
+                if LAST {
                     out[i] &= !edge.past[i];
                 }
             }
@@ -204,13 +205,18 @@ impl<const W: usize> Edge<W> {
 
     /// The meets of three columns, for words of which the first is `row[1]`.
     #[inline(always)]
-    fn three_columns<L: Lattice, const EDGE: bool>(&self, row: &[u64]) -> [u64; W] {
+    fn three_columns<L: Lattice, const FIRST: bool, const LAST: bool>(
+        &self,
+        row: &[u64],
+    ) -> [u64; W] {
         let row = &row[..W + 2];
         let mut met = [0; W];
         for i in 0..W {
             let [mut a, mut b, mut c] = [row[i], row[i + 1], row[i + 2]];
-            if EDGE {
+            if FIRST {
                 a = self.fill(a, self.left[i]);
+            }
+            if LAST {
                 b = self.fill(b, self.past[i]);
                 c = self.fill(c, self.right[i]);
             }

@@ -10,6 +10,7 @@
 use std::marker::PhantomData;
 
 use crate::BitImage;
+use crate::aligned::AlignedWords;
 use crate::element::{Element, ElementRun};
 use crate::lanes::Opening;
 use crate::levels::{Levels, margin};
@@ -72,6 +73,8 @@ pub(crate) struct Buffers {
     pub(crate) band: Vec<u64>,
     /// See [`Vertical`](crate::vertical::Vertical).
     pub(crate) strips: Vec<Strip>,
+    /// Some rows between the two operations of an opening.
+    pub(crate) between: AlignedWords,
     /// The element, as it lies.
     pub(crate) runs: Vec<ElementRun>,
 }
