@@ -46,6 +46,9 @@ pub enum Command {
     Floor(FloorArgs),
     /// Draw the floor of a frame as seen from above.
     Birdseye(BirdseyeArgs),
+    /// Own a base's port; programs start this.
+    #[command(hide = true)]
+    Guard(GuardArgs),
 }
 
 /// How an echo's evidence is spread over range (Choi, Ryu, Kim 1999, section 2.1).
@@ -348,6 +351,14 @@ pub struct FloorplanArgs {
     /// Where the plan goes: GeoJSON, walls and door corners.
     #[arg(short, long, value_name = "PLAN.geojson")]
     pub output: PathBuf,
+}
+
+/// `mobot guard`
+#[derive(Debug, Args)]
+pub struct GuardArgs {
+    /// What `mobot_hw::guard::run` takes.
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    pub words: Vec<String>,
 }
 
 /// `mobot lines`

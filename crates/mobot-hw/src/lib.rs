@@ -9,6 +9,8 @@ mod clock;
 mod dice;
 #[cfg(all(feature = "emulation", unix))]
 pub mod emulate;
+#[cfg(all(feature = "serial", unix))]
+pub mod guard;
 mod motion;
 #[cfg_attr(
     not(feature = "simulation"),

@@ -7,6 +7,7 @@ mod clean;
 mod floor;
 mod floorplan;
 mod graph;
+mod guard;
 mod lines;
 mod locate;
 mod map;
@@ -42,6 +43,7 @@ pub fn run(cli: Cli) -> anyhow::Result<Outcome> {
         Command::Calibrate(args) => calibrate::run(&args, &output),
         Command::Floor(args) => floor::run(&args, &output),
         Command::Birdseye(args) => birdseye::run(&args, &output),
+        Command::Guard(args) => guard::run(args),
     }
 }
 

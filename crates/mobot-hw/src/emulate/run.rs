@@ -83,6 +83,7 @@ struct Device {
 #[derive(Debug)]
 pub struct Emulation {
     devices: Vec<(PathBuf, Arc<Shared>)>,
+    began: Instant,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
@@ -114,9 +115,10 @@ impl Emulation {
         }
         let stop = Arc::new(AtomicBool::new(false));
         let (robot, stopped) = (robot.clone(), Arc::clone(&stop));
+        let began = Instant::now();
         let thread = std::thread::spawn(move || {
             let mut clock = robot.clock();
-            let (began, start) = (Instant::now(), clock.now());
+            let start = clock.now();
             while !stopped.load(Ordering::Relaxed) {
                 std::thread::sleep(TICK);
                 let due = start + began.elapsed().as_secs_f64();
@@ -128,9 +130,16 @@ impl Emulation {
         });
         Ok(Self {
             devices,
+            began,
             stop,
             thread: Some(thread),
         })
+    }
+
+    /// The time on the clock of [`WheelCommand::stamp`] [s].
+    #[must_use]
+    pub fn elapsed(&self) -> f64 {
+        self.began.elapsed().as_secs_f64()
     }
 
     /// How many devices there are.
