@@ -32,6 +32,12 @@ impl BaseKind {
         }
     }
 
+    /// Whether it speaks by itself, so that hearing it can be broken off. One that is asked does not say what
+    /// it answers.
+    pub(crate) const fn interruptible(&self) -> bool {
+        !matches!(self, Self::Arduino(_))
+    }
+
     /// The arguments that [`BaseKind::from_words`] reads.
     pub(crate) fn words(&self) -> Vec<String> {
         let (name, numbers) = match *self {

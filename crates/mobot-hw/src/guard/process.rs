@@ -50,7 +50,7 @@ pub fn run(arguments: impl IntoIterator<Item = String>) -> Result<(), GuardError
     let Ok(mut guard) = opened else {
         return Ok(());
     };
-    let program = Program::listen(waiting);
+    let program = Program::listen(waiting, kind.interruptible());
     let end = guard.serve(&program).and_then(|()| guard.settle());
     if let Err(PortGone) = end {
         drop(guard);
@@ -84,8 +84,8 @@ struct Program {
 struct ProgramGone;
 
 impl Program {
-    /// Reads requests from now on, and sets `waiting` where there is one, or the end.
-    fn listen(waiting: Arc<AtomicBool>) -> Self {
+    /// Reads requests from now on, and sets `waiting` at their end, and where `each` asks for it for each one.
+    fn listen(waiting: Arc<AtomicBool>, each: bool) -> Self {
         let (sender, requests) = mpsc::channel();
         let flag = Arc::clone(&waiting);
         std::thread::spawn(move || {
@@ -97,7 +97,7 @@ impl Program {
                 };
                 // nobody takes it where the guard is about to end
                 sender.send(request).ok();
-                flag.store(true, Ordering::SeqCst);
+                flag.fetch_or(each, Ordering::SeqCst);
             }
             drop(sender);
             flag.store(true, Ordering::SeqCst);
@@ -191,9 +191,10 @@ impl Guard {
         Ok(Self {
             base,
             refusal_is_off: matches!(kind, BaseKind::Create2(_)),
-            pause: match kind {
-                BaseKind::Arduino(_) => PAUSE,
-                _ => Duration::ZERO,
+            pause: if kind.interruptible() {
+                Duration::ZERO
+            } else {
+                PAUSE
             },
             timeout: kind.timeout(),
             waiting,
@@ -348,9 +349,8 @@ fn driver(
         }
         BaseKind::Arduino(params) => {
             let timeout = params.timeout.min(ANSWER);
-            // answers do not say what they answer: none is left half heard
             Box::new(Arduino::open(
-                port.port,
+                port,
                 clock,
                 ArduinoParams { timeout, ..params },
             )?)

@@ -33,36 +33,78 @@ pub const fn encode(value: u16) -> [u8; 2] {
     value.to_be_bytes()
 }
 
-/// A sonar that is asked.
-#[derive(Debug)]
-struct Asked<P, C> {
-    line: Line<P, C>,
-    decoder: Decoder,
-    command: [u8; 2],
-    length: usize,
-    unit: f64,
-    bounds: SonarBounds,
-    bearing: f64,
-    timeout: f64,
+/// What makes one such sonar differ from another.
+trait Question {
+    /// What asks it.
+    fn bytes(&self) -> impl AsRef<[u8]>;
+
+    /// What its number counts [m].
+    fn unit(&self) -> f64;
+
+    /// The ends of its range.
+    fn bounds(&self) -> SonarBounds;
+
+    /// Where it looks [rad], and how long a ping may take [s].
+    fn bearing_and_timeout(&self) -> [f64; 2];
 }
 
-impl<P: Read + Write, C: Clock> Asked<P, C> {
+/// A sonar that is asked, by its parameters.
+#[derive(Debug)]
+pub struct Asked<P, C, K> {
+    line: Line<P, C>,
+    decoder: Decoder,
+    params: K,
+}
+
+/// A US-100.
+pub type Us100<P, C> = Asked<P, C, Us100Params>;
+
+/// An SRF02.
+pub type Srf02<P, C> = Asked<P, C, Srf02Params>;
+
+impl<P: Read + Write, C: Clock, K> Asked<P, C, K> {
+    /// On a port of [`BAUD`]; an SRF02's has two stop bits.
+    #[must_use]
+    pub fn new(port: P, clock: C, params: K) -> Self {
+        Self {
+            line: Line::new(port, clock),
+            decoder: Decoder::default(),
+            params,
+        }
+    }
+
+    /// What came over the line so far.
+    #[must_use]
+    pub const fn counts(&self) -> LineCounts {
+        self.line.counts()
+    }
+}
+
+impl<P: Read + Write, C: Clock, K: Question> RangeFinder for Asked<P, C, K> {
+    type Error = SerialError;
+
+    fn bearings(&self) -> Bearings {
+        Bearings::fixed(self.params.bearing_and_timeout()[0])
+    }
+
     fn ping(&mut self, bearing: f64) -> Result<Ping, SerialError> {
-        within(Bearings::fixed(self.bearing), bearing)?;
+        let [looks, timeout] = self.params.bearing_and_timeout();
+        within(Bearings::fixed(looks), bearing)?;
+        let (unit, bounds) = (self.params.unit(), self.params.bounds());
         let began = self.line.now();
         let mut gate = Gate::default();
         loop {
-            let left = self.timeout - (self.line.now() - began);
-            let question = &self.command[..self.length];
-            let (stamp, bytes) = self.line.ask(question, &mut self.decoder, left)?;
+            let left = timeout - (self.line.now() - began);
+            let question = self.params.bytes();
+            let (stamp, bytes) = self.line.ask(question.as_ref(), &mut self.decoder, left)?;
             let reading = match u16::from_be_bytes(bytes) {
-                0 => self.bounds.reading(f64::INFINITY),
-                value => self.bounds.reading(f64::from(value) * self.unit),
+                0 => bounds.reading(f64::INFINITY),
+                value => bounds.reading(f64::from(value) * unit),
             };
             if let Some(reading) = gate.pass(reading) {
                 return Ok(Ping {
                     stamp,
-                    bearing: self.bearing,
+                    bearing: looks,
                     settled: true,
                     reading,
                 });
@@ -92,45 +134,24 @@ impl Default for Us100Params {
     }
 }
 
-/// A US-100.
-#[derive(Debug)]
-pub struct Us100<P, C>(Asked<P, C>);
-
-impl<P: Read + Write, C: Clock> Us100<P, C> {
-    /// On a port of [`BAUD`].
-    #[must_use]
-    pub fn new(port: P, clock: C, params: Us100Params) -> Self {
-        Self(Asked {
-            line: Line::new(port, clock),
-            decoder: Decoder::default(),
-            command: [US100_RANGE, 0],
-            length: 1,
-            unit: 0.001,
-            bounds: SonarBounds {
-                nearest: 0.02,
-                farthest: params.farthest,
-            },
-            bearing: params.bearing,
-            timeout: params.timeout,
-        })
+impl Question for Us100Params {
+    fn bytes(&self) -> impl AsRef<[u8]> {
+        [US100_RANGE]
     }
 
-    /// What came over the line so far.
-    #[must_use]
-    pub const fn counts(&self) -> LineCounts {
-        self.0.line.counts()
-    }
-}
-
-impl<P: Read + Write, C: Clock> RangeFinder for Us100<P, C> {
-    type Error = SerialError;
-
-    fn bearings(&self) -> Bearings {
-        Bearings::fixed(self.0.bearing)
+    fn unit(&self) -> f64 {
+        0.001
     }
 
-    fn ping(&mut self, bearing: f64) -> Result<Ping, SerialError> {
-        self.0.ping(bearing)
+    fn bounds(&self) -> SonarBounds {
+        SonarBounds {
+            nearest: 0.02,
+            farthest: self.farthest,
+        }
+    }
+
+    fn bearing_and_timeout(&self) -> [f64; 2] {
+        [self.bearing, self.timeout]
     }
 }
 
@@ -161,44 +182,23 @@ impl Default for Srf02Params {
     }
 }
 
-/// An SRF02.
-#[derive(Debug)]
-pub struct Srf02<P, C>(Asked<P, C>);
-
-impl<P: Read + Write, C: Clock> Srf02<P, C> {
-    /// On a port of [`BAUD`] with two stop bits.
-    #[must_use]
-    pub fn new(port: P, clock: C, params: Srf02Params) -> Self {
-        Self(Asked {
-            line: Line::new(port, clock),
-            decoder: Decoder::default(),
-            command: [params.address & 0x0F, SRF02_RANGE_CM],
-            length: 2,
-            unit: 0.01,
-            bounds: SonarBounds {
-                nearest: params.nearest,
-                farthest: params.farthest,
-            },
-            bearing: params.bearing,
-            timeout: params.timeout,
-        })
+impl Question for Srf02Params {
+    fn bytes(&self) -> impl AsRef<[u8]> {
+        [self.address & 0x0F, SRF02_RANGE_CM]
     }
 
-    /// What came over the line so far.
-    #[must_use]
-    pub const fn counts(&self) -> LineCounts {
-        self.0.line.counts()
-    }
-}
-
-impl<P: Read + Write, C: Clock> RangeFinder for Srf02<P, C> {
-    type Error = SerialError;
-
-    fn bearings(&self) -> Bearings {
-        Bearings::fixed(self.0.bearing)
+    fn unit(&self) -> f64 {
+        0.01
     }
 
-    fn ping(&mut self, bearing: f64) -> Result<Ping, SerialError> {
-        self.0.ping(bearing)
+    fn bounds(&self) -> SonarBounds {
+        SonarBounds {
+            nearest: self.nearest,
+            farthest: self.farthest,
+        }
+    }
+
+    fn bearing_and_timeout(&self) -> [f64; 2] {
+        [self.bearing, self.timeout]
     }
 }

@@ -7,7 +7,7 @@
 
 use std::io::{Read, Write};
 
-use super::decode::{Decode, Event, FrameFault, Framing, Scanner, Verdict};
+use super::decode::{Decode as _, FrameFault, Framing, Scanner, Verdict};
 use super::line::{Line, LineCounts, SerialError};
 use super::wheels::{Governor, JUST_NOW, UNREAD, Unwrapped, WheelLimits, moves};
 use crate::{BaseStatus, Clock, DifferentialDrive, Twist2, WheelTravel};
@@ -101,8 +101,8 @@ pub fn encode(sensors: &Sensors) -> Vec<u8> {
 
 /// The form of the driver's stream frames: header 19, length, and every id at its place. All bytes of a
 /// frame add up to 0.
-#[derive(Debug, Clone, Copy)]
-struct StreamFraming;
+#[derive(Debug, Clone, Copy, Default)]
+pub struct StreamFraming;
 
 impl Framing for StreamFraming {
     type Message = Sensors;
@@ -159,34 +159,7 @@ impl Framing for StreamFraming {
 }
 
 /// Finds the frames of the driver's stream.
-#[derive(Debug, Clone)]
-pub struct Decoder(Scanner<StreamFraming>);
-
-impl Default for Decoder {
-    fn default() -> Self {
-        Self(Scanner::new(StreamFraming))
-    }
-}
-
-impl Decode for Decoder {
-    type Message = Sensors;
-
-    fn feed(&mut self, byte: u8) {
-        self.0.feed(byte);
-    }
-
-    fn quiet(&mut self) {
-        self.0.quiet();
-    }
-
-    fn reset(&mut self) {
-        self.0.reset();
-    }
-
-    fn poll(&mut self) -> Option<Event<Sensors>> {
-        self.0.poll()
-    }
-}
+pub type Decoder = Scanner<StreamFraming>;
 
 /// How a Create 2 is used.
 #[derive(Debug, Clone, Copy, PartialEq)]

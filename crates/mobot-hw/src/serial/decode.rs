@@ -144,6 +144,12 @@ impl<F: Framing> Scanner<F> {
     }
 }
 
+impl<F: Framing + Default> Default for Scanner<F> {
+    fn default() -> Self {
+        Self::new(F::default())
+    }
+}
+
 impl<F: Framing> Decode for Scanner<F> {
     type Message = F::Message;
 

@@ -3,7 +3,7 @@
 
 use std::io::{Read, Write};
 
-use super::decode::{Decode, Event, Scanner};
+use super::decode::{Decode as _, Scanner};
 use super::line::{Line, LineCounts, SerialError, link_time, within};
 use super::sonar_bounds::SonarBounds;
 use super::sum_frame::{SumFraming, sum_frame};
@@ -17,38 +17,7 @@ pub const ASK: u8 = 0x55;
 pub const MAX_MM: u16 = 0x27FF;
 
 /// Finds distances in millimetres.
-#[derive(Debug, Clone)]
-pub struct Decoder(Scanner<SumFraming>);
-
-impl Default for Decoder {
-    fn default() -> Self {
-        Self(Scanner::new(SumFraming {
-            header: 0xFF,
-            highest: (MAX_MM >> 8) as u8,
-            all_ones: false,
-        }))
-    }
-}
-
-impl Decode for Decoder {
-    type Message = u16;
-
-    fn feed(&mut self, byte: u8) {
-        self.0.feed(byte);
-    }
-
-    fn quiet(&mut self) {
-        self.0.quiet();
-    }
-
-    fn reset(&mut self) {
-        self.0.reset();
-    }
-
-    fn poll(&mut self) -> Option<Event<u16>> {
-        self.0.poll()
-    }
-}
+pub type Decoder = Scanner<SumFraming<0xFF, { (MAX_MM >> 8) as u8 }, false>>;
 
 /// The frame of a distance [mm].
 #[must_use]

@@ -7,7 +7,7 @@
 
 use std::io::{Read, Write};
 
-use super::decode::{Decode, Event, FrameFault, Framing, Scanner, Verdict};
+use super::decode::{FrameFault, Framing, Scanner, Verdict};
 use super::line::{Line, LineCounts, SerialError};
 use super::wheels::{Governor, JUST_NOW, UNREAD, Unwrapped, WheelLimits};
 use crate::{BaseStatus, Clock, DifferentialDrive, Twist2, WheelTravel};
@@ -105,8 +105,8 @@ pub fn encode(sensors: &Sensors) -> Vec<u8> {
 
 /// The form of the base's frames, and the basic part in them. A frame counts once the next one begins or
 /// the line is quiet.
-#[derive(Debug, Clone, Copy)]
-struct PartFraming;
+#[derive(Debug, Clone, Copy, Default)]
+pub struct PartFraming;
 
 impl Framing for PartFraming {
     type Message = Sensors;
@@ -180,34 +180,7 @@ fn parts_fit(come: &[u8], length: usize) -> bool {
 }
 
 /// Finds frames with a basic part.
-#[derive(Debug, Clone)]
-pub struct Decoder(Scanner<PartFraming>);
-
-impl Default for Decoder {
-    fn default() -> Self {
-        Self(Scanner::new(PartFraming))
-    }
-}
-
-impl Decode for Decoder {
-    type Message = Sensors;
-
-    fn feed(&mut self, byte: u8) {
-        self.0.feed(byte);
-    }
-
-    fn quiet(&mut self) {
-        self.0.quiet();
-    }
-
-    fn reset(&mut self) {
-        self.0.reset();
-    }
-
-    fn poll(&mut self) -> Option<Event<Sensors>> {
-        self.0.poll()
-    }
-}
+pub type Decoder = Scanner<PartFraming>;
 
 /// How a Kobuki is used.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -26,7 +26,7 @@ pub mod maxbotix;
 pub mod urm37;
 
 pub use arduino::{Arduino, ArduinoParams};
-pub use asked::{Srf02, Srf02Params, Us100, Us100Params};
+pub use asked::{Asked, Srf02, Srf02Params, Us100, Us100Params};
 pub use burst::Burst;
 pub use create2::{Create2, Create2Params};
 pub use decode::{Decode, Event, FrameFault, Framing, Pushed, Scanner, Verdict};
@@ -37,5 +37,6 @@ pub use maestro::{Maestro, MaestroParams};
 pub use maxbotix::{MaxBotix, MaxBotixModel, MaxBotixParams};
 #[cfg(feature = "serial")]
 pub use open::{OpenError, Port, open};
+pub use sum_frame::SumFraming;
 pub use urm37::{Urm37, Urm37Params};
 pub use wheels::{LATCH, WheelLimits};

@@ -13,17 +13,16 @@ pub(crate) const fn sum_frame(header: u8, high: u8, low: u8) -> [u8; 4] {
     ]
 }
 
-/// Frames with one header, whose first data byte is not above `high_below` or both data bytes are `FF`
-/// where that is a message. A frame counts once the next one begins or the line is quiet: a lost byte
-/// would else let a frame end with the next one's header, and one in 256 of those sums is right.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct SumFraming {
-    pub(crate) header: u8,
-    pub(crate) highest: u8,
-    pub(crate) all_ones: bool,
-}
+/// Frames that begin with `HEADER`, whose first data byte is not above `HIGHEST`, or both data bytes are `FF`
+/// where `ALL_ONES` says that this is a message. A frame counts once the next one begins or the line is
+/// quiet: a lost byte would else let a frame end with the next one's header, and one in 256 of those sums is
+/// right.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct SumFraming<const HEADER: u8, const HIGHEST: u8, const ALL_ONES: bool>;
 
-impl Framing for SumFraming {
+impl<const HEADER: u8, const HIGHEST: u8, const ALL_ONES: bool> Framing
+    for SumFraming<HEADER, HIGHEST, ALL_ONES>
+{
     type Message = u16;
 
     fn longest(&self) -> usize {
@@ -31,12 +30,12 @@ impl Framing for SumFraming {
     }
 
     fn inspect(&self, bytes: &[u8], ended: bool) -> Verdict<u16> {
-        if bytes[0] != self.header {
+        if bytes[0] != HEADER {
             return Verdict::Bad(FrameFault::Stray);
         }
         if let Some(&high) = bytes.get(1)
-            && high > self.highest
-            && !(self.all_ones && high == 0xFF)
+            && high > HIGHEST
+            && !(ALL_ONES && high == 0xFF)
         {
             return Verdict::Bad(FrameFault::Form);
         }
@@ -48,12 +47,12 @@ impl Framing for SumFraming {
             let found = frame[3];
             return Verdict::Bad(FrameFault::Checksum { expected, found });
         }
-        if frame[1] > self.highest && frame[2] != 0xFF {
+        if frame[1] > HIGHEST && frame[2] != 0xFF {
             return Verdict::Bad(FrameFault::Form);
         }
         match rest.first() {
             None if !ended => Verdict::Wait,
-            Some(&next) if next != self.header => Verdict::Bad(FrameFault::Form),
+            Some(&next) if next != HEADER => Verdict::Bad(FrameFault::Form),
             _ => Verdict::Good {
                 message: u16::from_be_bytes([frame[1], frame[2]]),
                 length: 4,

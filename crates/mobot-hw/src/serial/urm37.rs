@@ -5,7 +5,7 @@
 
 use std::io::{Read, Write};
 
-use super::decode::{Decode, Event, Scanner};
+use super::decode::Scanner;
 use super::line::{Line, LineCounts, SerialError, within};
 use super::sonar_bounds::SonarBounds;
 use super::sum_frame::{SumFraming, sum_frame};
@@ -36,38 +36,7 @@ pub const fn answer(command: u8, value: u16) -> [u8; 4] {
 }
 
 /// Finds the distances in cm, at most 1023 or [`INVALID`].
-#[derive(Debug, Clone)]
-pub struct Decoder(Scanner<SumFraming>);
-
-impl Default for Decoder {
-    fn default() -> Self {
-        Self(Scanner::new(SumFraming {
-            header: RANGE,
-            highest: 3,
-            all_ones: true,
-        }))
-    }
-}
-
-impl Decode for Decoder {
-    type Message = u16;
-
-    fn feed(&mut self, byte: u8) {
-        self.0.feed(byte);
-    }
-
-    fn quiet(&mut self) {
-        self.0.quiet();
-    }
-
-    fn reset(&mut self) {
-        self.0.reset();
-    }
-
-    fn poll(&mut self) -> Option<Event<u16>> {
-        self.0.poll()
-    }
-}
+pub type Decoder = Scanner<SumFraming<RANGE, 3, true>>;
 
 /// How a URM37 is used.
 #[derive(Debug, Clone, Copy, PartialEq)]

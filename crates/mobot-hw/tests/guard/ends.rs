@@ -14,18 +14,20 @@ const GUARD_ENDS: f64 = 0.4;
 /// How many stages one base has side by side.
 const LANES: usize = 4;
 
-/// Runs trials on all bases side by side. `trial` gives the time to the stop [s].
+/// Runs trials on all bases side by side. `trial` gives the time to the stop [s]. Where that gives none, the
+/// machine was so busy that the base stood before the trial began, and there is another one.
 fn measure(
     name: &str,
     trials: usize,
     bar: f64,
-    trial: impl Fn(&Stage, usize, &mut Option<Program>) -> f64 + Sync,
+    trial: impl Fn(&Stage, usize, &mut Option<Program>) -> Option<f64> + Sync,
 ) {
     let lane = |base, lane| -> Vec<f64> {
         let stage = Stage::new(base);
         let mut program = None;
         let mine = (lane..trials).step_by(LANES);
-        mine.map(|k| trial(&stage, k, &mut program)).collect()
+        let mut counts = |k| (0..20).find_map(|_| trial(&stage, k, &mut program));
+        mine.map(|k| counts(k).expect("a trial")).collect()
     };
     let lane = &lane;
     let times = std::thread::scope(|scope| {
@@ -58,7 +60,7 @@ fn driven(stage: &Stage, program: &mut Program, k: usize) {
 }
 
 /// A new program that drives; it is ended somewhere between two commands.
-fn ended(stage: &Stage, k: usize, end: impl Fn(&mut Program)) -> f64 {
+fn ended(stage: &Stage, k: usize, end: impl Fn(&mut Program)) -> Option<f64> {
     let mut program = stage.program();
     driven(stage, &mut program, k);
     let time = stage.base.elapsed();
@@ -131,7 +133,10 @@ pub(crate) fn not_renewed() {
             let time = stage.base.elapsed();
             program.say("drive 0.1 0");
             let after = stage.stopped_after(time);
-            assert!(after > 0.19, "stopped after {after} s already");
+            assert!(
+                after.is_none_or(|t| t > 0.19),
+                "stopped after {after:?} s already"
+            );
             after
         },
     );

@@ -2,6 +2,11 @@
 //! (`guard ...`), a program that drives a base through one (`program ...`), and the tests that kill, freeze and
 //! unplug these two. Words on its command line choose the tests whose names contain one of them.
 
+#![expect(
+    clippy::print_stdout,
+    reason = "its processes talk over standard output"
+)]
+
 mod ends;
 mod faults;
 mod program;

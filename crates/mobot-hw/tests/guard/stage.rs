@@ -8,7 +8,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{self, Receiver};
 use std::time::Duration;
 
-use mobot_hw::emulate::{ArduinoEmulator, Create2Emulator, Emulation, Emulator, KobukiEmulator};
+use mobot_hw::emulate::{
+    ArduinoEmulator, Create2Emulator, Emulation, Emulator, KobukiEmulator, WheelCommand,
+};
 use mobot_hw::serial::ArduinoParams;
 use mobot_hw::sim::{Building, RobotParams, Simulation, World};
 use rustix::process::{Pid, Signal};
@@ -96,15 +98,17 @@ impl Stage {
         }
     }
 
-    /// How long after a time the wheels were told to stand [s].
-    pub(crate) fn stopped_after(&self, time: f64) -> f64 {
+    /// How long after a time the wheels were told to stand [s]; nothing where they stood already.
+    pub(crate) fn stopped_after(&self, time: f64) -> Option<f64> {
+        let stands = |c: &WheelCommand| c.wheels.iter().all(|w| *w == 0.0);
         for _ in 0..2000 {
             let log = self.base.wheel_log(0);
-            let stop = log
-                .iter()
-                .find(|c| c.stamp >= time && c.wheels.iter().all(|w| *w == 0.0));
-            if let Some(stop) = stop {
-                return stop.stamp - time;
+            let later = log.partition_point(|c| c.stamp < time);
+            if log[..later].last().is_none_or(stands) {
+                return None;
+            }
+            if let Some(stop) = log[later..].iter().find(|c| stands(c)) {
+                return Some(stop.stamp - time);
             }
             pause(0.002);
         }
