@@ -21,7 +21,10 @@ mod base;
 mod client;
 mod error;
 mod pipe;
+mod port;
 mod process;
+mod program;
+mod watch;
 mod wheels;
 
 pub use base::BaseKind;

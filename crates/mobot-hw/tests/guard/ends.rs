@@ -14,8 +14,8 @@ const GUARD_ENDS: f64 = 0.4;
 /// How many stages one base has side by side.
 const LANES: usize = 4;
 
-/// Runs trials on all bases side by side. `trial` gives the time to the stop [s]. Where that gives none, the
-/// machine was so busy that the base stood before the trial began, and there is another one.
+/// Runs trials on all bases side by side. `trial` gives the time to the stop [s]. Where it gives none, the
+/// machine was too busy for it, and there is another one.
 fn measure(
     name: &str,
     trials: usize,
@@ -27,7 +27,8 @@ fn measure(
         let mut program = None;
         let mine = (lane..trials).step_by(LANES);
         let mut counts = |k| (0..20).find_map(|_| trial(&stage, k, &mut program));
-        mine.map(|k| counts(k).expect("a trial")).collect()
+        mine.map(|k| counts(k).expect("a machine that runs"))
+            .collect()
     };
     let lane = &lane;
     let times = std::thread::scope(|scope| {

@@ -11,6 +11,7 @@ mod ends;
 mod faults;
 mod program;
 mod stage;
+mod stalls;
 
 fn main() {
     let mut arguments = std::env::args().skip(1).peekable();
@@ -22,6 +23,7 @@ fn main() {
 }
 
 fn test(words: &[String]) {
+    stalls::watch();
     let chosen: Vec<&String> = words.iter().filter(|w| !w.starts_with('-')).collect();
     let tests: [(&str, fn()); 11] = [
         (

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{self, Receiver};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use mobot_hw::emulate::{
     ArduinoEmulator, Create2Emulator, Emulation, Emulator, KobukiEmulator, WheelCommand,
@@ -14,6 +14,8 @@ use mobot_hw::emulate::{
 use mobot_hw::serial::ArduinoParams;
 use mobot_hw::sim::{Building, RobotParams, Simulation, World};
 use rustix::process::{Pid, Signal};
+
+use crate::stalls;
 
 pub(crate) const BASES: [&str; 3] = ["create2", "kobuki", "arduino"];
 
@@ -98,8 +100,10 @@ impl Stage {
         }
     }
 
-    /// How long after a time the wheels were told to stand [s]; nothing where they stood already.
+    /// How long after a time the wheels were told to stand [s]; nothing where they stood already, or where
+    /// the machine stood still meanwhile.
     pub(crate) fn stopped_after(&self, time: f64) -> Option<f64> {
+        let began = Instant::now() - Duration::from_secs_f64(self.base.elapsed() - time);
         let stands = |c: &WheelCommand| c.wheels.iter().all(|w| *w == 0.0);
         for _ in 0..2000 {
             let log = self.base.wheel_log(0);
@@ -108,7 +112,7 @@ impl Stage {
                 return None;
             }
             if let Some(stop) = log[later..].iter().find(|c| stands(c)) {
-                return Some(stop.stamp - time);
+                return (!stalls::since(began)).then_some(stop.stamp - time);
             }
             pause(0.002);
         }
