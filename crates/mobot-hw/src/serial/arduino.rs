@@ -3,11 +3,13 @@
 //! answer is one line.
 //!
 //! Answers do not say what they answer: after a fault the driver drains the line and asks for the baud rate
-//! before it trusts an answer again. The firmware has 16 bytes an argument and does not check; all
+//! before it trusts an answer again. Numbers have no checksum: a ping asks until two of three answers agree,
+//! and counts that jump further than the wheels can turn are dropped. The firmware has 16 bytes an argument and does not check; all
 //! arguments sent here are shorter. A ping without echo holds the firmware and the line for a second,
 //! motor commands too. The firmware stops the wheels 2 s after the last command; the driver stops them where a
 //! command was not renewed for 0.2 s and the driver is called at all, and when it is dropped.
 
+mod counters;
 mod driver;
 
 use super::decode::{Decode, Event, FrameFault};

@@ -7,6 +7,8 @@
 
 use std::io::{Read, Write};
 
+use occgrid::Reading;
+
 use super::burst::Burst;
 use super::gate::Gate;
 use super::line::{Line, LineCounts, SerialError, within};
@@ -40,6 +42,9 @@ trait Question {
 
     /// What its number counts [m].
     fn unit(&self) -> f64;
+
+    /// No larger number comes from it.
+    fn most(&self) -> u16;
 
     /// The ends of its range.
     fn bounds(&self) -> SonarBounds;
@@ -99,6 +104,7 @@ impl<P: Read + Write, C: Clock, K: Question> RangeFinder for Asked<P, C, K> {
             let (stamp, bytes) = self.line.ask(question.as_ref(), &mut self.decoder, left)?;
             let reading = match u16::from_be_bytes(bytes) {
                 0 => bounds.reading(f64::INFINITY),
+                value if value > self.params.most() => Reading::Fault,
                 value => bounds.reading(f64::from(value) * unit),
             };
             if let Some(reading) = gate.pass(reading) {
@@ -141,6 +147,11 @@ impl Question for Us100Params {
 
     fn unit(&self) -> f64 {
         0.001
+    }
+
+    fn most(&self) -> u16 {
+        // without an echo some send up to 11 m
+        12_000
     }
 
     fn bounds(&self) -> SonarBounds {
@@ -189,6 +200,10 @@ impl Question for Srf02Params {
 
     fn unit(&self) -> f64 {
         0.01
+    }
+
+    fn most(&self) -> u16 {
+        1200
     }
 
     fn bounds(&self) -> SonarBounds {

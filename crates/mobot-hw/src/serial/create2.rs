@@ -10,7 +10,9 @@ use std::io::{Read, Write};
 use super::decode::{Decode as _, FrameFault, Framing, Scanner, Verdict};
 use super::line::{Line, LineCounts, SerialError};
 use super::wheels::{Governor, JUST_NOW, UNREAD, Unwrapped, WheelLimits, moves};
-use crate::{BaseStatus, Clock, DifferentialDrive, Twist2, WheelTravel};
+use crate::{
+    BaseStatus, Clock, DeviceError as _, DifferentialDrive, FaultKind, Twist2, WheelTravel,
+};
 
 /// Baud rate of the line.
 pub const BAUD: u32 = 115_200;
@@ -179,6 +181,8 @@ impl Default for Create2Params {
     }
 }
 
+/// Time in which it enters safe mode, or does not [s].
+const START_UP: f64 = 1.0;
 /// Time between two commands that change the mode [s].
 const MODE_CHANGE: f64 = 0.02;
 
@@ -238,10 +242,16 @@ impl<P: Read + Write, C: Clock> Create2<P, C> {
         self.line.send(&drive_direct(0, 0))?;
         let now = self.line.now();
         self.governor.halt(now);
-        for _ in 0..10 {
-            self.read(0.1)?;
-            if matches!(self.mode, Mode::Safe | Mode::Full) {
-                return Ok(());
+        let deadline = now + START_UP;
+        loop {
+            // the first frames may be late, or cut off
+            let heard = self.read(self.params.timeout);
+            let over = self.line.now() >= deadline;
+            match heard {
+                Ok(_) if matches!(self.mode, Mode::Safe | Mode::Full) => return Ok(()),
+                Ok(_) if over => break,
+                Err(error) if over || error.kind() == FaultKind::Unplugged => return Err(error),
+                _ => {}
             }
         }
         Err(SerialError::Refused {

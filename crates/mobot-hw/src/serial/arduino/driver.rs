@@ -5,9 +5,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use occgrid::Reading;
 
+use super::super::gate::Gate;
 use super::super::line::{Line, LineCounts, SerialError, within};
 use super::super::sonar_bounds::SonarBounds;
 use super::super::wheels::{Governor, WheelLimits};
+use super::counters::Counters;
 use super::{Answer, BAUD, Command, Decoder};
 use crate::serial::{Decode as _, FrameFault};
 use crate::{
@@ -76,8 +78,7 @@ struct Bridge<P: Read + Write, C: Clock> {
     params: ArduinoParams,
     governor: Governor,
     in_step: bool,
-    last: Option<[i32; 2]>,
-    totals: [i64; 2],
+    counters: Counters,
     stands_at: Option<f64>,
 }
 
@@ -172,15 +173,20 @@ impl<P: Read + Write, C: Clock> Bridge<P, C> {
         if self.governor.expired(now) {
             self.stop()?;
         }
-        let (stamp, answer) = self.ask(Command::Encoders, self.params.timeout)?;
-        if let Answer::Two(left, right) = answer {
-            let counts = [left, right];
-            let before = self.last.replace(counts).unwrap_or(counts);
-            for side in 0..2 {
-                self.totals[side] += i64::from(counts[side].wrapping_sub(before[side]));
+        let stamp = loop {
+            let left = self.params.timeout - (self.line.now() - now);
+            let (stamp, answer) = self.ask(Command::Encoders, left)?;
+            let Answer::Two(left, right) = answer else {
+                continue;
+            };
+            let metres = 2.0 * self.params.limits.max_speed * (stamp - self.counters.heard) + 0.05;
+            let most = metres * self.params.counts_per_metre;
+            if self.counters.update([left, right], most, stamp) {
+                break stamp;
             }
-        }
-        let [left, right] = self.totals.map(|t| t as f64 / self.params.counts_per_metre);
+        };
+        let per_metre = self.params.counts_per_metre;
+        let [left, right] = self.counters.totals.map(|t| t as f64 / per_metre);
         Ok(BaseStatus {
             stamp,
             travel: WheelTravel { left, right },
@@ -221,22 +227,30 @@ impl<P: Read + Write, C: Clock> Bridge<P, C> {
 
     fn ping(&mut self) -> Result<Ping, SerialError> {
         let p = self.params;
-        let (stamp, answer) = self.ask(Command::Ping(p.pin), p.timeout + NO_ECHO)?;
         let bounds = SonarBounds {
             nearest: p.nearest,
             farthest: p.farthest,
         };
-        let reading = match answer {
-            Answer::One(0) => bounds.reading(f64::INFINITY),
-            Answer::One(cm @ 1..) => bounds.reading(f64::from(cm) / 100.0),
-            _ => Reading::Fault,
-        };
-        Ok(Ping {
-            stamp,
-            bearing: 0.0,
-            settled: true,
-            reading,
-        })
+        let began = self.line.now();
+        let mut gate = Gate::default();
+        loop {
+            let left = p.timeout + NO_ECHO - (self.line.now() - began);
+            let (stamp, answer) = self.ask(Command::Ping(p.pin), left)?;
+            let reading = match answer {
+                // a silence takes the firmware a second: it is not asked for twice
+                Answer::One(0) => Some(bounds.reading(f64::INFINITY)),
+                Answer::One(cm @ 1..) => gate.pass(bounds.reading(f64::from(cm) / 100.0)),
+                _ => gate.pass(Reading::Fault),
+            };
+            if let Some(reading) = reading {
+                return Ok(Ping {
+                    stamp,
+                    bearing: 0.0,
+                    settled: true,
+                    reading,
+                });
+            }
+        }
     }
 }
 
@@ -270,8 +284,7 @@ impl<P: Read + Write, C: Clock> Arduino<P, C> {
             params,
             governor: Governor::new(params.limits, params.track),
             in_step: false,
-            last: None,
-            totals: [0; 2],
+            counters: Counters::default(),
             stands_at: None,
         };
         let deadline = bridge.line.now() + 3.0;

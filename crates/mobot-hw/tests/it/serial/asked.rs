@@ -1,9 +1,9 @@
-use mobot_hw::RangeFinder as _;
 use mobot_hw::serial::asked::{Decoder, encode};
 use mobot_hw::serial::{Decode as _, FrameFault, Srf02, Srf02Params, Us100, Us100Params};
+use mobot_hw::{Ping, RangeFinder as _};
 use occgrid::Reading;
 
-use super::battery::{self, Dice};
+use super::battery::{self, Damage, Dice, Outcome};
 use super::rig::{Rig, fails_in_time, is_garbled};
 
 fn us100(rig: &Rig) -> Us100<Rig, Rig> {
@@ -72,6 +72,75 @@ fn answers_that_differ_are_a_fault() {
         Reading::Echo { range: 0.101 }
     );
     assert_eq!(sonar.ping(0.0).unwrap().reading, Reading::Fault);
+}
+
+/// A sonar that hears a wall at 1.5 m, in its number.
+fn of_the_wall(ping: Ping) -> Outcome {
+    match ping.reading {
+        Reading::Echo { range } if (range - 1.5).abs() <= 0.1 => Outcome::Right,
+        Reading::Fault => Outcome::Fault,
+        _ => Outcome::Wrong,
+    }
+}
+
+#[test]
+fn answers_damaged_on_the_line() {
+    for how in [Damage::Dropped, Damage::Doubled] {
+        let us = battery::exchanges(
+            &[how],
+            0.51,
+            |_| encode(1500).to_vec(),
+            us100,
+            |sonar| sonar.ping(0.0).map(of_the_wall),
+        );
+        let srf = battery::exchanges(
+            &[how],
+            0.51,
+            |_| encode(150).to_vec(),
+            srf02,
+            |sonar| sonar.ping(0.0).map(of_the_wall),
+        );
+        assert_eq!((us[0], srf[0]), (0, 0), "the number of bytes tells");
+    }
+    // a bit turned in a protocol without a checksum: two of three answers agree
+    let flipped = [Damage::Flipped];
+    let us = battery::exchanges(
+        &flipped,
+        0.51,
+        |_| encode(1500).to_vec(),
+        us100,
+        |sonar| sonar.ping(0.0).map(of_the_wall),
+    );
+    let srf = battery::exchanges(
+        &flipped,
+        0.51,
+        |_| encode(150).to_vec(),
+        srf02,
+        |sonar| sonar.ping(0.0).map(of_the_wall),
+    );
+    println!("wrong of all with a bit turned in every sixth answer: {us:?} {srf:?}");
+    assert!(us[0].max(srf[0]) <= us[1] / 200);
+}
+
+#[test]
+fn random_bytes_and_quiet() {
+    // one in forty pieces has two bytes
+    let [found, pieces] = battery::garbage_in_pieces(Decoder::default());
+    assert!(found < pieces / 30, "{found} of {pieces}");
+    // and then two of three must agree
+    let mut dice = Dice(9);
+    let rig = Rig::with(move |_| {
+        let bytes = (0..1 + dice.below(40)).map(|_| dice.byte()).collect();
+        vec![(0.004, bytes)]
+    });
+    let mut sonar = us100(&rig);
+    let calls = battery::cases() / 10;
+    let readings: Vec<_> = (0..calls)
+        .filter_map(|_| sonar.ping(0.0).ok())
+        .filter(|ping| ping.reading != Reading::Fault)
+        .collect();
+    println!("{} readings of {calls} pings into noise", readings.len());
+    assert!(readings.len() <= calls / 200);
 }
 
 #[test]

@@ -1,6 +1,11 @@
 //! What every decoder must bear: any split, random bytes, and streams with bytes dropped, doubled, flipped.
 
-use mobot_hw::serial::{Decode, Event};
+use std::cell::Cell;
+use std::rc::Rc;
+
+use mobot_hw::serial::{Decode, Event, SerialError};
+
+use super::rig::{Rig, timed};
 
 /// SplitMix64.
 pub(crate) struct Dice(pub(crate) u64);
@@ -107,6 +112,75 @@ fn damage(frame: &mut Vec<u8>, how: Damage, dice: &mut Dice) {
         Damage::Doubled => frame.insert(place, frame[place]),
         Damage::Flipped => frame[place] ^= 1 << dice.below(8),
     }
+}
+
+/// Random bytes and now and then quiet, 10 MB in the long battery: never a panic. Gives how many pieces of
+/// how many were taken for messages.
+pub(crate) fn garbage_in_pieces<D: Decode>(mut decoder: D) -> [usize; 2] {
+    let mut dice = Dice(8);
+    let (mut found, mut pieces, mut bytes) = (0, 0, 0);
+    while bytes < cases() * 100 {
+        let piece: Vec<u8> = (0..1 + dice.below(40)).map(|_| dice.byte()).collect();
+        found += messages(&mut decoder, &piece).len();
+        decoder.quiet();
+        found += messages(&mut decoder, &[]).len();
+        pieces += 1;
+        bytes += piece.len();
+    }
+    [found, pieces]
+}
+
+/// What a call of a driver gave, by somebody who knows the truth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Outcome {
+    Right,
+    /// Told as such.
+    Fault,
+    Wrong,
+}
+
+/// A thousand lines with a device that is asked, of whose answers every sixth is damaged in one byte: each
+/// call ends in time, and the second one after damage is right. Gives how many of all calls were wrong.
+pub(crate) fn exchanges<D>(
+    hows: &[Damage],
+    longest: f64,
+    device: impl Fn(&[u8]) -> Vec<u8> + Copy + 'static,
+    opened: impl Fn(&Rig) -> D,
+    call: impl Fn(&mut D) -> Result<Outcome, SerialError>,
+) -> [usize; 2] {
+    let (mut wrong, mut calls) = (0, 0);
+    for seed in 0..1000 {
+        // whether to damage, and whether an answer was
+        let hurt = Rc::new(Cell::new([false; 2]));
+        let (mut dice, hows, hurts) = (Dice(seed), hows.to_vec(), Rc::clone(&hurt));
+        let rig = Rig::with(move |bytes| {
+            let mut answer = device(bytes);
+            if answer.is_empty() {
+                return Vec::new();
+            }
+            if hurts.get()[0] && dice.below(6) == 0 {
+                hurts.set([true; 2]);
+                damage(&mut answer, hows[dice.below(hows.len())], &mut dice);
+            }
+            vec![(0.004, answer)]
+        });
+        let mut driver = opened(&rig);
+        let mut whole = [true; 2];
+        for _ in 0..20 {
+            hurt.set([true, false]);
+            let (result, took) = timed(&rig, || call(&mut driver));
+            assert!(took <= longest, "{took} s of {longest} s");
+            let outcome = *result.as_ref().unwrap_or(&Outcome::Fault);
+            whole = [whole[1], !hurt.get()[1]];
+            assert!(
+                outcome == Outcome::Right || whole != [true; 2],
+                "{result:?} between whole answers"
+            );
+            wrong += usize::from(outcome == Outcome::Wrong);
+            calls += 1;
+        }
+    }
+    [wrong, calls]
 }
 
 /// A thousand streams of which every sixth frame is damaged in one byte: nothing is found that was not

@@ -1,7 +1,8 @@
 use mobot_hw::serial::maestro::{Command, answer};
-use mobot_hw::serial::{Maestro, MaestroParams};
+use mobot_hw::serial::{Burst, Maestro, MaestroParams};
 use mobot_hw::{DeviceError as _, FaultKind, PanActuator as _};
 
+use super::battery::{self, ANY_DAMAGE, Dice, Outcome};
 use super::rig::{Rig, fails_in_time, timed};
 
 /// Pololu's manual 0J40, section 5.e: 84 02 70 2E sets channel 2 to 1500 us, 87 05 0C 01 the speed of
@@ -52,6 +53,73 @@ fn a_servo_elsewhere_is_refused() {
         let error = driver(&rig).turn_to(0.0).unwrap_err();
         assert_eq!(error.kind(), FaultKind::Refused, "{error}");
     }
+}
+
+#[test]
+fn any_command_and_answer_in_any_pieces() {
+    let mut dice = Dice(10);
+    for _ in 0..battery::cases() {
+        let (channel, value) = (dice.byte() & 0x7F, dice.word() & 0x3FFF);
+        let [command, back, low, high] = Command::Target(channel, value).bytes()[..] else {
+            panic!("four bytes");
+        };
+        // as the manual says: bit 7 set in the command alone, seven bits a data byte
+        assert!(command >= 0x80 && [back, low, high].iter().all(|b| *b < 0x80));
+        assert_eq!(
+            (back, u16::from(low) + 128 * u16::from(high)),
+            (channel, value)
+        );
+        let found = battery::in_pieces(&mut Burst::<2>::default(), &answer(value), &mut dice);
+        assert_eq!(found, [value.to_le_bytes()]);
+    }
+}
+
+#[test]
+fn answers_damaged_on_the_line() {
+    // a servo that stands where it was told, 7000; then one that stands elsewhere
+    let there = |bytes: &[u8]| match bytes[0] {
+        0xA1 => answer(0).to_vec(),
+        0x90 => answer(7000).to_vec(),
+        _ => Vec::new(),
+    };
+    let bearing = 250.0 / MaestroParams::default().us_per_rad;
+    let turn = |pan: &mut Maestro<Rig, Rig>| {
+        pan.turn_to(bearing).map(|there| {
+            if (there - bearing).abs() < 1e-9 {
+                Outcome::Right
+            } else {
+                Outcome::Wrong
+            }
+        })
+    };
+    let longest = 1008.0 / MaestroParams::default().us_per_rad / 5.0 + 0.2 + 0.22;
+    let [wrong, calls] = battery::exchanges(&ANY_DAMAGE, longest, there, driver, turn);
+    assert_eq!((wrong, calls), (0, 20_000));
+    let mut dice = Dice(11);
+    for elsewhere in [6000, 7100, 8000] {
+        for _ in 0..1000 {
+            let how = dice.below(3);
+            let place = dice.below(2);
+            let bit = 1 << dice.below(8);
+            let rig = Rig::with(move |bytes| match bytes[0] {
+                0xA1 => vec![(0.002, answer(0).to_vec())],
+                0x90 => {
+                    let mut bytes = answer(elsewhere).to_vec();
+                    match how {
+                        0 => drop(bytes.remove(place)),
+                        1 => bytes.insert(place, bytes[place]),
+                        _ => bytes[place] ^= bit,
+                    }
+                    vec![(0.002, bytes)]
+                }
+                _ => Vec::new(),
+            });
+            let result = driver(&rig).turn_to(bearing);
+            assert!(result.is_err(), "{elsewhere} {how} {place} {bit}");
+        }
+    }
+    let [found, pieces] = battery::garbage_in_pieces(Burst::<2>::default());
+    assert!(found < pieces / 30, "{found} of {pieces}");
 }
 
 #[test]
