@@ -303,3 +303,19 @@ fn numpy_header(path: &Path) -> String {
     assert_eq!(&bytes[..6], b"\x93NUMPY");
     String::from_utf8_lossy(&bytes[10..128.min(bytes.len())]).into_owned()
 }
+
+#[test]
+fn a_guard_says_why_it_cannot_open_its_port_and_is_not_in_the_help() {
+    let words = ["guard", "/nowhere/base", "create2", "0.5", "1", "0.1"];
+    let run = mobot(words);
+    assert_eq!(run.status, 0, "{}", run.stderr);
+    assert!(
+        run.stdout.starts_with("0 fault system /nowhere/base: "),
+        "{}",
+        run.stdout
+    );
+    let run = mobot(&words[..4]);
+    assert_eq!(run.status, 2);
+    assert_eq!(run.stderr.lines().count(), 1, "{}", run.stderr);
+    assert!(!mobot(["--help"]).stdout.contains("guard"));
+}

@@ -18,8 +18,11 @@ fn srf02(rig: &Rig) -> Srf02<Rig, Rig> {
     Srf02::new(rig.clone(), rig.clone(), params)
 }
 
-/// US-100: 55 is answered by millimetres, high byte first. SRF02 (srf02techSer.htm): address, 54h is
-/// answered by centimetres, high byte first; 0 is no echo.
+/// US-100: 55 is answered by millimetres, high byte first (the Python package adafruit_us100, and
+/// arduibots.wordpress.com/2014/10/12/us-100-ultrasonic-sensor-in-serial-mode).
+/// SRF02: an address and a command (robot-electronics.co.uk/htm/srf02techSer.htm); 54h, "automatically Tx range
+/// back", in the maker's table as Arduino programs for SRF01 and SRF02 quote it; two bytes, high byte first
+/// (wiki.dfrobot.com, SEN0005); 0 is no echo.
 #[test]
 fn the_bytes_of_the_makers_pages() {
     let rig = Rig::with(|bytes| {

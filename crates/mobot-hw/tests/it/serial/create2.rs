@@ -5,15 +5,18 @@ use mobot_hw::{Clock as _, DifferentialDrive as _, Twist2};
 use super::battery::{self, ANY_DAMAGE, Dice};
 use super::rig::{Rig, fails_in_time};
 
-/// OI specification: drive direct is 145, right velocity high and low byte, left velocity high and low byte;
-/// a stream frame is 19, the number of bytes, id and data of each packet, and a checksum that makes all of
-/// them add up to 0, as in its example 19 5 29 2 25 13 0 163.
+/// Commands: pycreate2 0.8.0 writes these bytes for `drive_direct(-200, 200)`, `(500, -500)` and `(-24, 24)`, right
+/// wheel first. Streams: the example of the OI specification, opcode 148, for packets 29 and 13, and libcreate's
+/// serial_stream.cpp: the length counts ids and data, two bytes are high byte first, all bytes add up to 0.
+/// Sizes of packets: libcreate's data.cpp.
 #[test]
 fn the_bytes_of_the_specification() {
-    assert_eq!(drive_direct(200, -200), [145, 0xFF, 0x38, 0, 200]);
-    assert_eq!(drive_direct(-500, 500), [145, 0x01, 0xF4, 0xFE, 0x0C]);
+    assert_eq!(drive_direct(200, -200), [145, 255, 56, 0, 200]);
+    assert_eq!(drive_direct(-500, 500), [145, 1, 244, 254, 12]);
+    assert_eq!(drive_direct(24, -24), [145, 255, 232, 0, 24]);
     let example = [19, 5, 29, 2, 25, 13, 0, 163_u8];
     assert_eq!(example.iter().fold(0_u8, |s, b| s.wrapping_add(*b)), 0);
+    assert_eq!(usize::from(example[1]), example.len() - 3);
     // left bumper, left cliff, left wheel 0x1234, right wheel 0xFFFE, safe mode
     let frame = [
         19, 18, 7, 2, 9, 1, 10, 0, 11, 0, 12, 0, 43, 0x12, 0x34, 44, 0xFF, 0xFE, 35, 2, 0xE8,

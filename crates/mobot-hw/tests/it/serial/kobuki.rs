@@ -7,7 +7,7 @@ use mobot_hw::{Clock as _, DifferentialDrive as _, Twist2};
 use super::battery::{self, ANY_DAMAGE, Dice};
 use super::rig::{Rig, fails_in_time};
 
-/// The protocol's page: AA 55, length, payload, exclusive or of length and payload; base control is part
+/// The protocol's page, and kobuki_core's core_sensors.cpp for the order of the basic part: AA 55, length, payload, exclusive or of length and payload; base control is part
 /// 01 of 4 bytes, speed and radius low byte first; the basic part is 01 of 15 bytes.
 #[test]
 fn the_bytes_of_the_protocols_page() {
@@ -40,7 +40,51 @@ fn the_bytes_of_the_protocols_page() {
     assert_eq!(decoder.push(&[]).next(), Some(Event::Message(sensors)));
 }
 
-/// kobuki_core: radius v/w, speed that of the outer wheel; on the spot radius 1 and speed w times half the track.
+/// Base control of 100 mm/s and -100 mm in the tests of github.com/rust-aarhus/kobuki-interface
+/// (src/tx/protocol.rs), whose authors drive a Kobuki with it.
+#[test]
+fn a_command_of_another_driver() {
+    let bytes = [0xAA, 0x55, 0x06, 0x01, 0x04, 0x64, 0x00, 0x9C, 0xFF, 0x04];
+    assert_eq!(base_control(100, -100), bytes);
+}
+
+/// Three frames in a row of a Kobuki that drives, and what they say, as recorded in
+/// github.com/bus710/tortuga (test/tortuga_test.go, 2019). They have all parts that the firmware sends.
+#[test]
+fn frames_of_a_real_base() {
+    let frames = [
+        "aa554d010f90f1000000ed2b58470d0d00129f00030300000004073c1dfcff0000000506f506f90790060602\
+         01010d0e8106a1ff0800c8ff90ff0300cfff10100f00dc0fe00fe00fe00fef0f00000000a1",
+        "aa554d010fa4f1000000f42b60470d0d00129f00030300000004073d1d21000000000506ec06f50793060602\
+         01010d0e830691ff0b00ddff9dff2000f5ff10100f00d90fdf0fdb0fdf0fef0f000000008f",
+        "aa554d010fb8f1000000fc2b67470d0d00129f00030300000004073e1d4f000000000506e406f40794060602\
+         01010d0e8506a5ff34001200a3ff39002b0010100f00dc0fe40fdb0fdd0ff00f00000000e7",
+    ];
+    let mut decoder = Decoder::default();
+    let mut found = Vec::new();
+    for frame in frames {
+        let byte = |k: usize| u8::from_str_radix(&frame[2 * k..2 * k + 2], 16).expect("hex");
+        let bytes: Vec<u8> = (0..frame.len() / 2).map(byte).collect();
+        found.extend(battery::messages(&mut decoder, &bytes));
+    }
+    decoder.quiet();
+    found.extend(battery::messages(&mut decoder, &[]));
+    let told = |time_ms, left, right| Sensors {
+        time_ms,
+        left,
+        right,
+        battery: 159,
+        ..Sensors::default()
+    };
+    let expected = [
+        told(61_840, 11_245, 18_264),
+        told(61_860, 11_252, 18_272),
+        told(61_880, 11_260, 18_279),
+    ];
+    assert_eq!(found, expected);
+}
+
+/// kobuki_core, src/driver/diff_drive.cpp: radius v/w, speed that of the outer wheel; on the spot radius 1 and speed w times half the track.
 #[test]
 fn velocities_become_speed_and_radius() {
     assert_eq!(speed_and_radius(Twist2::new(0.3, 0.0)), (300, 0));

@@ -10,6 +10,8 @@ use super::rig::{Rig, fails_in_time, timed};
 /// temperature; 22 FF FF sum says that nothing was measured.
 #[test]
 fn the_frames_of_the_makers_page() {
+    // the manual's sample
+    assert_eq!(command(0), [0x22, 0x00, 0x00, 0x22]);
     assert_eq!(command(3), [0x22, 0x03, 0x00, 0x25]);
     assert_eq!(answer(TEMPERATURE, 0), [0x11, 0x00, 0x00, 0x11]);
     let mut decoder = Decoder::default();
