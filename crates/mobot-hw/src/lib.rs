@@ -5,7 +5,10 @@
 )]
 
 mod clock;
-#[cfg(feature = "simulation")]
+#[cfg_attr(
+    not(feature = "simulation"),
+    expect(dead_code, reason = "the simulation needs the rest")
+)]
 mod dice;
 #[cfg(all(feature = "emulation", unix))]
 pub mod emulate;
@@ -23,6 +26,7 @@ pub mod serial;
 pub mod sim;
 mod traits;
 mod turret;
+pub mod wrap;
 
 pub use clock::SystemClock;
 pub use motion::{Odometry, Twist2, WheelTravel};

@@ -17,3 +17,5 @@ mod sonar;
 mod traits;
 #[cfg(feature = "simulation")]
 mod world;
+#[cfg(feature = "simulation")]
+mod wrap;
