@@ -6,3 +6,4 @@ pub mod frame;
 pub mod nav;
 pub mod output;
 pub mod picture;
+pub mod run_log;

@@ -5,3 +5,4 @@ mod camera;
 mod commands;
 mod nav;
 mod run;
+mod run_log;
