@@ -47,6 +47,7 @@
 mod call;
 pub mod cdr;
 mod decision;
+mod journal;
 pub mod mcap;
 mod read;
 pub mod ros;

@@ -44,9 +44,9 @@ pub enum LogError {
 #[non_exhaustive]
 pub enum Message {
     /// `/pose`
-    Pose(ros::PoseWithCovarianceStamped),
+    Pose(Box<ros::PoseWithCovarianceStamped>),
     /// `/odom`
-    Odometry(ros::Odometry),
+    Odometry(Box<ros::Odometry>),
     /// `/sonar`
     Range(ros::Range),
     /// `/plan`
@@ -137,7 +137,7 @@ fn message(logged: LoggedMessage) -> Result<Message, LogError> {
         ($($kind:ty => $variant:ident),* $(,)?) => {$(
             if &*logged.topic == <$kind>::TOPIC && &*logged.schema == <$kind>::TYPE {
                 return from_bytes::<$kind>(&logged.data)
-                    .map(Message::$variant)
+                    .map(|message| Message::$variant(message.into()))
                     .map_err(|cause| LogError::Message {
                         topic: <$kind>::TOPIC.into(),
                         sequence: logged.sequence,

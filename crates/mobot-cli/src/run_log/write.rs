@@ -89,6 +89,8 @@ struct State {
     channels: BTreeMap<&'static str, u16>,
     wall: WallTime,
     flushed: f64,
+    /// The last pose by the wheels, and when.
+    moved: Option<(f64, Pose2)>,
     /// Stamp and number of the last picture: one that comes twice is written once.
     pictured: Option<(u64, u64)>,
 }
@@ -126,6 +128,7 @@ impl LogWriter {
                 channels: BTreeMap::new(),
                 wall: WallTime::new(params.stamps),
                 flushed: f64::NEG_INFINITY,
+                moved: None,
                 pictured: None,
             }),
         })
@@ -163,6 +166,21 @@ impl LogWriter {
             },
         };
         state.write(time, &message);
+    }
+
+    /// Where the wheels have carried the robot; its velocity is that since the last word.
+    pub(super) fn moved(&self, time: f64, odom_from_base: Pose2) {
+        let before = self.state().moved.replace((time, odom_from_base));
+        let twist = before.map_or(Twist2::default(), |(then, before)| {
+            let step = before.inverse().compose(odom_from_base);
+            let seconds = time - then;
+            if seconds > 0.0 {
+                Twist2::new(step.x / seconds, step.theta / seconds)
+            } else {
+                Twist2::default()
+            }
+        });
+        self.odometry(time, odom_from_base, twist);
     }
 
     /// A shot: `/sonar`, and where the sonar looked in `/tf`.

@@ -200,6 +200,122 @@ fn the_same_program_decides_the_same_from_the_log_and_another_does_not() {
     assert_eq!(ended.kind(), FaultKind::Refused);
 }
 
+/// The mission's own loop, from the log.
+mod mission {
+    use mobot_cli::nav::{
+        Action, Behaviour, Devices, Observation, Outcome, Runner, RunnerParams, StopCause,
+    };
+    use mobot_cli::run_log::Verdict;
+    use mobot_hw::wrap::Fault;
+    use occgrid::Pose2;
+
+    use super::*;
+
+    /// On until something is ahead, a turn, and on.
+    struct Onward {
+        turned: u32,
+        speed: f64,
+    }
+
+    impl Behaviour for Onward {
+        fn step(&mut self, seen: &Observation<'_>) -> Action {
+            if self.turned > 40 {
+                return Action::done(Outcome::Done);
+            }
+            if self.turned > 0 || matches!(seen.stopped, Some(StopCause::Obstacle { .. })) {
+                self.turned += 1;
+                return Action::drive(Twist2::new(0.0, 0.5));
+            }
+            Action::drive(Twist2::new(self.speed, 0.0))
+        }
+    }
+
+    fn logged(path: &std::path::Path) -> Vec<Decision> {
+        entries(&std::fs::read(path).unwrap())
+            .into_iter()
+            .filter_map(|message| match message {
+                Message::Decision(decision) => Some(decision),
+                _ => None,
+            })
+            .collect()
+    }
+
+    fn record(path: &std::path::Path) {
+        let robot = simulation();
+        let log = Arc::new(LogWriter::create(path, params()).unwrap());
+        let devices = Devices {
+            base: Recorded::new(robot.base(), log.clone()),
+            sonar: Recorded::new(robot.turret(), log.clone()),
+            camera: Some(Recorded::new(robot.camera(), log.clone())),
+            clock: Recorded::new(robot.clock(), log.clone()),
+        };
+        let start = robot.truth().map_from_base;
+        let mut runner = Runner::new(devices, start, RunnerParams::default()).unwrap();
+        let mut behaviour = Onward {
+            turned: 0,
+            speed: 0.3,
+        };
+        let late = || robot.truth().time > 60.0;
+        let outcome = runner.run(&mut behaviour, &mut &*log, &late);
+        assert_eq!(outcome, Outcome::Done);
+        log.finish().unwrap();
+    }
+
+    fn again(path: &std::path::Path, speed: f64) -> (Verdict, Option<Fault>) {
+        let replay = replay_all(path).unwrap();
+        let devices = Devices {
+            base: replay.clone(),
+            sonar: replay.clone(),
+            camera: Some(replay.clone()),
+            clock: replay.clone(),
+        };
+        let start = Pose2::new(1.0, 0.0, 0.0);
+        let mut runner = Runner::new(devices, start, RunnerParams::default()).unwrap();
+        let mut check = DecisionCheck::new(logged(path).into_iter());
+        let mut behaviour = Onward { turned: 0, speed };
+        runner.run(&mut behaviour, &mut check, &|| replay.ended().is_some());
+        (check.finish_early(), replay.ended().map(|e| Fault::of(&e)))
+    }
+
+    #[test]
+    fn the_mission_s_loop_decides_the_same_from_its_log() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        record(&path);
+        let (verdict, ended) = again(&path, 0.3);
+        assert_eq!((&verdict.difference, ended), (&None, None));
+        assert_eq!(verdict.equal, logged(&path).len() as u64);
+        assert!(
+            verdict.is_equal() && verdict.equal > 200,
+            "{}",
+            verdict.equal
+        );
+
+        let (verdict, ended) = again(&path, 0.3_f64.next_up());
+        assert!(!verdict.is_equal());
+        assert!(ended.is_some());
+    }
+
+    /// What is left of a run that was killed leads to the same decisions as far as it goes.
+    #[test]
+    fn a_cut_log_leads_to_the_same_decisions_as_far_as_it_goes() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        record(&path);
+        let bytes = std::fs::read(&path).unwrap();
+        let mut dice = Dice(2);
+        for _ in 0..20 {
+            let length = bytes.len() / 10 + dice.below(bytes.len() as u64 * 9 / 10) as usize;
+            std::fs::write(&path, &bytes[..length]).unwrap();
+            let (verdict, ended) = again(&path, 0.3);
+            let logged = logged(&path).len() as u64;
+            assert!(ended.is_some() || length > bytes.len() * 9 / 10);
+            // all that the log knows was decided again; past its end there may be more
+            assert_eq!(verdict.equal, logged, "{:?}", verdict.difference);
+        }
+    }
+}
+
 #[test]
 fn a_log_that_goes_on_or_ends_early_is_a_difference() {
     let decision = |time| Decision {
