@@ -1,8 +1,7 @@
 //! An Arduino with the firmware `ROSArduinoBridge`: base, servo 0 under the sonar, sonar.
 
-use super::{Emulator, Later, counts, drive, now};
+use super::{Emulator, Later, RobotView};
 use crate::serial::arduino::{Answer, ArduinoParams, BAUD};
-use crate::sim::Simulation;
 use occgrid::Reading;
 
 /// The firmware stops the wheels so long after the last command [s].
@@ -35,7 +34,7 @@ impl ArduinoEmulator {
         }
     }
 
-    fn run(&mut self, robot: &Simulation, now: f64) {
+    fn run(&mut self, robot: &mut RobotView, now: f64) {
         let line = std::mem::take(&mut self.line);
         let text = String::from_utf8_lossy(&line);
         let mut words = text.split(' ').filter(|w| w.len() <= ARGUMENT);
@@ -51,14 +50,14 @@ impl ArduinoEmulator {
         let answer = match command {
             "b" => Answer::One(BAUD as i32),
             "e" => {
-                let [left, right] = counts(robot, 1.0 / p.counts_per_metre);
+                let [left, right] = robot.counts(1.0 / p.counts_per_metre);
                 Answer::Two(left as i32, right as i32)
             }
             "m" => {
                 let speed = p.frames_per_second / p.counts_per_metre;
                 self.wheels = [f64::from(number()) * speed, f64::from(number()) * speed];
                 self.commanded = now;
-                drive(robot, self.wheels);
+                robot.drive(self.wheels);
                 Answer::Ok
             }
             "s" => {
@@ -66,12 +65,12 @@ impl ArduinoEmulator {
                 if servo == i32::from(p.servo) {
                     self.servo_deg = deg;
                     let off = (f64::from(deg) - p.centre_deg).to_radians();
-                    robot.lock().pan = if p.clockwise { -off } else { off };
+                    robot.aim(if p.clockwise { -off } else { off });
                 }
                 Answer::Ok
             }
             "t" => Answer::One(self.servo_deg),
-            "p" => match robot.lock().fire() {
+            "p" => match robot.fire() {
                 Reading::Echo { range } => {
                     after = range / 170.0;
                     Answer::One((range * 100.0) as i32)
@@ -89,8 +88,8 @@ impl ArduinoEmulator {
 }
 
 impl Emulator for ArduinoEmulator {
-    fn step(&mut self, bytes: &[u8], robot: &Simulation) -> Vec<u8> {
-        let now = now(robot);
+    fn step(&mut self, bytes: &[u8], robot: &mut RobotView) -> Vec<u8> {
+        let now = robot.now();
         for byte in bytes {
             if *byte == b'\r' {
                 self.run(robot, now);
@@ -98,9 +97,10 @@ impl Emulator for ArduinoEmulator {
                 self.line.push(*byte);
             }
         }
-        if now - self.commanded > AUTO_STOP {
+        let turning = self.wheels.iter().any(|w| *w != 0.0);
+        if turning && now - self.commanded > AUTO_STOP {
             self.wheels = [0.0; 2];
-            drive(robot, self.wheels);
+            robot.drive(self.wheels);
         }
         self.later.due(now)
     }

@@ -1,8 +1,7 @@
 //! A Create 2: modes, drive commands, packets asked for or streamed. The last drive command holds.
 
-use super::{Emulator, counts, drive, now};
+use super::{Emulator, RobotView};
 use crate::serial::create2::{COUNT, MAX_MM_S, Mode};
-use crate::sim::Simulation;
 
 /// A Create 2.
 #[derive(Debug, Clone, Default)]
@@ -35,7 +34,7 @@ fn arguments(command: &[u8]) -> Option<usize> {
 }
 
 impl Create2Emulator {
-    fn run(&mut self, robot: &Simulation, out: &mut Vec<u8>) {
+    fn run(&mut self, robot: &RobotView, out: &mut Vec<u8>) {
         let command = std::mem::take(&mut self.command);
         let drives = matches!(self.mode, Mode::Safe | Mode::Full);
         match *command.as_slice() {
@@ -64,14 +63,14 @@ impl Create2Emulator {
             [148, _, ref ids @ ..] => {
                 self.stream = ids.to_vec();
                 self.streaming = true;
-                self.next = now(robot);
+                self.next = robot.now();
             }
             [150, on] => self.streaming = on == 1,
             _ => {}
         }
     }
 
-    fn enter(&mut self, mode: Mode, robot: &Simulation) {
+    fn enter(&mut self, mode: Mode, robot: &RobotView) {
         self.mode = mode;
         self.drive([0; 2], robot);
         if mode == Mode::Off {
@@ -79,13 +78,13 @@ impl Create2Emulator {
         }
     }
 
-    fn drive(&mut self, wheels: [i16; 2], robot: &Simulation) {
+    fn drive(&mut self, wheels: [i16; 2], robot: &RobotView) {
         self.wheels_mm_s = wheels.map(|w| w.clamp(-MAX_MM_S, MAX_MM_S));
-        drive(robot, self.wheels_mm_s.map(|w| f64::from(w) / 1000.0));
+        robot.drive(self.wheels_mm_s.map(|w| f64::from(w) / 1000.0));
     }
 
     /// The data of a packet, or of all packets of a group.
-    fn packet(&self, id: u8, robot: &Simulation, out: &mut Vec<u8>) {
+    fn packet(&self, id: u8, robot: &RobotView, out: &mut Vec<u8>) {
         let group = match id {
             0 => 7..=26,
             1 => 7..=16,
@@ -110,13 +109,15 @@ impl Create2Emulator {
         }
     }
 
-    fn value(&self, id: u8, robot: &Simulation) -> u16 {
+    fn value(&self, id: u8, robot: &RobotView) -> u16 {
         let [left, right] = self.wheels_mm_s;
         match id {
             7 => {
-                let [bump_left, bump_right] = robot.lock().base.bumped;
-                u16::from(bump_right) | u16::from(bump_left) << 1
+                let [bump_left, bump_right] = robot.bumped();
+                let drops = if robot.wheel_drop() { 0b1100 } else { 0 };
+                u16::from(bump_right) | u16::from(bump_left) << 1 | drops
             }
+            9..=12 => robot.cliff().into(),
             22 => 16_000,
             24 => 25,
             25 => 2500,
@@ -125,13 +126,13 @@ impl Create2Emulator {
             38 => self.stream.len() as u16,
             41 => right as u16,
             42 => left as u16,
-            43 => counts(robot, COUNT)[0] as u16,
-            44 => counts(robot, COUNT)[1] as u16,
+            43 => robot.counts(COUNT)[0] as u16,
+            44 => robot.counts(COUNT)[1] as u16,
             _ => 0,
         }
     }
 
-    fn frame(&self, robot: &Simulation) -> Vec<u8> {
+    fn frame(&self, robot: &RobotView) -> Vec<u8> {
         let mut frame = vec![19, 0];
         for id in &self.stream {
             frame.push(*id);
@@ -159,7 +160,7 @@ fn wheels_of(speed: i16, radius: i16) -> [i16; 2] {
 }
 
 impl Emulator for Create2Emulator {
-    fn step(&mut self, bytes: &[u8], robot: &Simulation) -> Vec<u8> {
+    fn step(&mut self, bytes: &[u8], robot: &mut RobotView) -> Vec<u8> {
         let mut out = Vec::new();
         for byte in bytes {
             self.command.push(*byte);
@@ -167,7 +168,11 @@ impl Emulator for Create2Emulator {
                 self.run(robot, &mut out);
             }
         }
-        let now = now(robot);
+        let forward = self.wheels_mm_s.iter().map(|w| i32::from(*w)).sum::<i32>() > 0;
+        if self.mode == Mode::Safe && (robot.wheel_drop() || robot.cliff() && forward) {
+            self.enter(Mode::Passive, robot);
+        }
+        let now = robot.now();
         if self.streaming && now >= self.next {
             self.next = (self.next + 0.015).max(now);
             out.extend(self.frame(robot));

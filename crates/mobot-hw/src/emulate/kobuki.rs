@@ -1,9 +1,8 @@
 //! A Kobuki: a frame every 20 ms; the last base command holds.
 
-use super::{Emulator, counts, drive, now};
+use super::{Emulator, RobotView};
 use crate::serial::kobuki::{COUNT, Sensors, encode, wheels_of};
 use crate::serial::{Decode as _, Event, FrameFault, Framing, Scanner, Verdict};
-use crate::sim::Simulation;
 
 /// Frames to the base; the message is the base control part.
 #[derive(Debug, Clone, Copy)]
@@ -73,27 +72,28 @@ impl Default for KobukiEmulator {
 }
 
 impl Emulator for KobukiEmulator {
-    fn step(&mut self, bytes: &[u8], robot: &Simulation) -> Vec<u8> {
+    fn step(&mut self, bytes: &[u8], robot: &mut RobotView) -> Vec<u8> {
         for event in self.decoder.push(bytes) {
             if let Event::Message(Some((speed, radius))) = event {
                 self.wheels = wheels_of(speed, radius);
-                drive(robot, self.wheels);
+                robot.drive(self.wheels);
             }
         }
-        let now = now(robot);
+        let now = robot.now();
         if now < self.next {
             return Vec::new();
         }
         self.next = now + 0.02;
-        let [left, right] = counts(robot, COUNT);
-        let [bump_left, bump_right] = robot.lock().base.bumped;
+        let [left, right] = robot.counts(COUNT);
+        let [bump_left, bump_right] = robot.bumped();
         encode(&Sensors {
             time_ms: (now * 1000.0) as u64 as u16,
             bumpers: u8::from(bump_right) | u8::from(bump_left) << 2,
+            wheel_drops: if robot.wheel_drop() { 0b11 } else { 0 },
+            cliffs: if robot.cliff() { 0b111 } else { 0 },
             left: left as u16,
             right: right as u16,
             battery: 160,
-            ..Sensors::default()
         })
     }
 

@@ -7,24 +7,26 @@
 mod arduino;
 mod create2;
 mod kobuki;
+mod line_faults;
+mod robot_view;
 mod run;
 mod sonars;
-
-use crate::Twist2;
-use crate::sim::Simulation;
+mod terminal;
 
 pub use arduino::ArduinoEmulator;
 pub use create2::Create2Emulator;
 pub use kobuki::KobukiEmulator;
-pub use run::{Emulation, LineFaults, WheelCommand};
+pub use line_faults::LineFaults;
+pub use robot_view::{DeviceFaults, RobotView, Stuck};
+pub use run::{Emulation, WheelCommand};
 pub use sonars::{
     FfEmulator, MaestroEmulator, MaxBotixEmulator, Srf02Emulator, Urm37Emulator, Us100Emulator,
 };
 
 /// The device's end of a serial line.
 pub trait Emulator: Send {
-    /// Takes what has come since the last step, and gives what is sent until now, the robot's time.
-    fn step(&mut self, bytes: &[u8], robot: &Simulation) -> Vec<u8>;
+    /// Takes what has come since the last step, and gives what is sent until now.
+    fn step(&mut self, bytes: &[u8], robot: &mut RobotView) -> Vec<u8>;
 
     /// The wheel speeds in force, left and right [m/s], where the device has wheels.
     fn wheels(&self) -> Option<[f64; 2]> {
@@ -51,22 +53,4 @@ impl Later {
         });
         due
     }
-}
-
-/// The robot's time [s].
-fn now(robot: &Simulation) -> f64 {
-    robot.lock().time
-}
-
-/// Sets the speeds of the robot's wheels [m/s].
-fn drive(robot: &Simulation, wheels: [f64; 2]) {
-    let mut state = robot.lock();
-    let track = state.params.base.track;
-    state.base.command(Twist2::from_wheels(wheels, track));
-}
-
-/// What the robot's wheels have rolled, left and right, in counts of so many metres.
-fn counts(robot: &Simulation, count: f64) -> [i64; 2] {
-    let travel = robot.lock().base.travel();
-    [travel.left, travel.right].map(|way| (way / count).round() as i64)
 }

@@ -1,55 +1,21 @@
 //! Devices on pseudo-terminals, in real time.
 
+use std::fs::DirBuilder;
 use std::io;
-use std::os::fd::OwnedFd;
+use std::os::unix::fs::DirBuilderExt as _;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use rustix::fs::{Mode, OFlags};
-use rustix::io::FdFlags;
-use rustix::pty::OpenptFlags;
-use rustix::termios::OptionalActions;
-
 use super::Emulator;
+use super::line_faults::{FaultyLine, LineFaults};
+use super::robot_view::{DeviceFaults, RobotView};
+use super::terminal::Terminal;
 use crate::Clock as _;
 use crate::dice::Dice;
 use crate::sim::Simulation;
-
-/// What a bad line does to the bytes that a device sends.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct LineFaults {
-    /// Nothing comes through, in either direction.
-    pub silent: bool,
-    /// The terminal is gone; for good.
-    pub unplugged: bool,
-    /// Probability that a byte is lost.
-    pub dropped: f64,
-    /// Probability that a byte comes twice.
-    pub doubled: f64,
-    /// Probability that one bit of a byte is turned.
-    pub flipped: f64,
-}
-
-impl LineFaults {
-    fn through(&self, bytes: &[u8], dice: &mut Dice) -> Vec<u8> {
-        let mut out = Vec::with_capacity(bytes.len());
-        for byte in bytes {
-            let turned = dice.chance(self.flipped);
-            let bit = 1_u8 << (dice.next() & 7);
-            let byte = if turned { byte ^ bit } else { *byte };
-            if !dice.chance(self.dropped) {
-                out.push(byte);
-            }
-            if dice.chance(self.doubled) {
-                out.push(byte);
-            }
-        }
-        out
-    }
-}
 
 /// A wheel command, and since when it is in force.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,16 +33,17 @@ const TICK: Duration = Duration::from_millis(1);
 
 #[derive(Debug, Default)]
 struct Shared {
-    faults: Mutex<LineFaults>,
+    faults: Mutex<(LineFaults, DeviceFaults)>,
     log: Mutex<Vec<WheelCommand>>,
 }
 
 struct Device {
-    /// Our end, and the other one held open so that a client may come and go.
-    ends: Option<[OwnedFd; 2]>,
+    link: PathBuf,
+    terminal: Option<Terminal>,
+    line: FaultyLine,
     emulator: Box<dyn Emulator>,
+    robot: RobotView,
     shared: Arc<Shared>,
-    dice: Dice,
 }
 
 /// Devices of one simulated robot on pseudo-terminals, until it is dropped.
@@ -86,11 +53,13 @@ pub struct Emulation {
     began: Instant,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
+    /// Made for the links, and gone with them.
+    folder: Option<LinkFolder>,
 }
 
 impl Emulation {
     /// Puts the devices on pseudo-terminals and lets the robot's time pass as real time does. The seed is for
-    /// the faults of the lines.
+    /// the faults of the lines. The links to the terminals are in a folder of their own, for temporary files.
     ///
     /// # Errors
     /// The system's, where it has no pseudo-terminals.
@@ -99,32 +68,52 @@ impl Emulation {
         emulators: Vec<Box<dyn Emulator>>,
         seed: u64,
     ) -> io::Result<Self> {
+        let folder = LinkFolder::new()?;
+        let named = emulators
+            .into_iter()
+            .enumerate()
+            .map(|(k, emulator)| (folder.0.join(k.to_string()), emulator));
+        let mut emulation = Self::start_at(robot, named.collect(), seed)?;
+        emulation.folder = Some(folder);
+        Ok(emulation)
+    }
+
+    /// The same, each device under the link that is named beside it.
+    ///
+    /// # Errors
+    /// The system's, where it has no pseudo-terminals, or where a link cannot be made: a link of that name is
+    /// replaced, anything else is not.
+    pub fn start_at(
+        robot: &Simulation,
+        emulators: Vec<(PathBuf, Box<dyn Emulator>)>,
+        seed: u64,
+    ) -> io::Result<Self> {
         let mut devices = Vec::new();
         let mut running = Vec::new();
         let mut dice = Dice::new(seed);
-        for emulator in emulators {
-            let (ends, path) = terminal()?;
+        for (link, emulator) in emulators {
+            let terminal = Terminal::open(&link)?;
             let shared = Arc::new(Shared::default());
-            devices.push((path, Arc::clone(&shared)));
+            devices.push((link.clone(), Arc::clone(&shared)));
             running.push(Device {
-                ends: Some(ends),
+                link,
+                terminal: Some(terminal),
+                line: FaultyLine::new(Dice::new(dice.next())),
                 emulator,
+                robot: RobotView::new(robot),
                 shared,
-                dice: Dice::new(dice.next()),
             });
         }
         let stop = Arc::new(AtomicBool::new(false));
-        let (robot, stopped) = (robot.clone(), Arc::clone(&stop));
-        let began = Instant::now();
+        let (mut clock, stopped) = (robot.clock(), Arc::clone(&stop));
+        let (began, start) = (Instant::now(), clock.now());
         let thread = std::thread::spawn(move || {
-            let mut clock = robot.clock();
-            let start = clock.now();
             while !stopped.load(Ordering::Relaxed) {
                 std::thread::sleep(TICK);
                 let due = start + began.elapsed().as_secs_f64();
                 clock.sleep(due - clock.now());
                 for device in &mut running {
-                    device.step(&robot, began.elapsed().as_secs_f64());
+                    device.step(began.elapsed().as_secs_f64());
                 }
             }
         });
@@ -133,12 +122,13 @@ impl Emulation {
             began,
             stop,
             thread: Some(thread),
+            folder: None,
         })
     }
 
-    /// The time on the clock of [`WheelCommand::stamp`] [s].
+    /// Time since it began [s], as in the stamps of [`WheelCommand`].
     #[must_use]
-    pub fn elapsed(&self) -> f64 {
+    pub fn now(&self) -> f64 {
         self.began.elapsed().as_secs_f64()
     }
 
@@ -154,7 +144,7 @@ impl Emulation {
         self.devices.is_empty()
     }
 
-    /// The terminal of a device, in the order they were given.
+    /// The link to a device's terminal, in the order they were given.
     ///
     /// # Panics
     /// Where there is no such device.
@@ -168,7 +158,15 @@ impl Emulation {
     /// # Panics
     /// Where there is no such device.
     pub fn set_faults(&self, device: usize, faults: LineFaults) {
-        *lock(&self.devices[device].1.faults) = faults;
+        lock(&self.devices[device].1.faults).0 = faults;
+    }
+
+    /// Sets what is wrong with a device itself from now on.
+    ///
+    /// # Panics
+    /// Where there is no such device.
+    pub fn set_device_faults(&self, device: usize, faults: DeviceFaults) {
+        lock(&self.devices[device].1.faults).1 = faults;
     }
 
     /// The wheel commands that came into force at a device so far; the last one is in force now.
@@ -191,58 +189,72 @@ impl Drop for Emulation {
 }
 
 impl Device {
-    fn step(&mut self, robot: &Simulation, stamp: f64) {
-        let faults = *lock(&self.shared.faults);
-        if faults.unplugged {
-            self.ends = None;
+    fn step(&mut self, now: f64) {
+        let (line, device) = *lock(&self.shared.faults);
+        if line.unplugged {
+            self.terminal = None;
+        } else if self.terminal.is_none() {
+            // without a terminal to be had now it stays unplugged
+            self.terminal = Terminal::open(&self.link).ok();
         }
         let mut bytes = [0; 1024];
-        // nothing to read is no error here; nobody else has the other end
-        let read = match &self.ends {
-            Some([ours, _]) => rustix::io::read(ours, &mut bytes).unwrap_or(0),
-            None => 0,
-        };
-        let come = if faults.silent { &[] } else { &bytes[..read] };
-        let out = self.emulator.step(come, robot);
-        if let Some([ours, _]) = &self.ends
-            && !faults.silent
-            && !out.is_empty()
-        {
-            // what does not fit is lost, as on a line that nobody reads
-            rustix::io::write(ours, &faults.through(&out, &mut self.dice)).ok();
+        let terminal = self.terminal.as_ref();
+        let read = terminal.map_or(0, |t| t.read(&mut bytes));
+        let come = if line.silent { &[] } else { &bytes[..read] };
+        self.robot.tick(device);
+        let sent = self.emulator.step(come, &mut self.robot);
+        let arrived = self.line.carry(&sent, &line, now);
+        if let Some(terminal) = terminal.filter(|_| !arrived.is_empty()) {
+            terminal.write(&arrived);
         }
-        if let Some(wheels) = self.emulator.wheels() {
-            let mut log = lock(&self.shared.log);
-            let bits = |wheels: [f64; 2]| wheels.map(f64::to_bits);
-            let changed = log
-                .last()
-                .is_none_or(|last| bits(last.wheels) != bits(wheels));
-            if changed && log.len() < LOG {
-                log.push(WheelCommand { stamp, wheels });
+        self.record(now);
+    }
+
+    /// Keeps the wheel command in force where it has changed.
+    fn record(&self, stamp: f64) {
+        let Some(wheels) = self.emulator.wheels() else {
+            return;
+        };
+        let mut log = lock(&self.shared.log);
+        let bits = |wheels: [f64; 2]| wheels.map(f64::to_bits);
+        let changed = log
+            .last()
+            .is_none_or(|last| bits(last.wheels) != bits(wheels));
+        if changed && log.len() < LOG {
+            log.push(WheelCommand { stamp, wheels });
+        }
+    }
+}
+
+/// A new folder that only this user can read; dropped, it is gone.
+#[derive(Debug)]
+struct LinkFolder(PathBuf);
+
+impl LinkFolder {
+    fn new() -> io::Result<Self> {
+        let process = std::process::id();
+        let mut count = 0;
+        loop {
+            let folder = std::env::temp_dir().join(format!("mobot-emulate-{process}-{count}"));
+            match DirBuilder::new().mode(0o700).create(&folder) {
+                Ok(()) => return Ok(Self(folder)),
+                // another emulation's, of this process or left over
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists && count < 10_000 => {
+                    count += 1;
+                }
+                Err(error) => return Err(error),
             }
         }
+    }
+}
+
+impl Drop for LinkFolder {
+    fn drop(&mut self) {
+        std::fs::remove_dir_all(&self.0).ok();
     }
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     // whoever panicked left a value that is whole
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// A pseudo-terminal in raw mode: our end, the other end, and its name.
-fn terminal() -> io::Result<([OwnedFd; 2], PathBuf)> {
-    // a child process that kept an end would keep a pulled plug in
-    let ours = rustix::pty::openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
-    rustix::io::fcntl_setfd(&ours, FdFlags::CLOEXEC)?;
-    rustix::pty::grantpt(&ours)?;
-    rustix::pty::unlockpt(&ours)?;
-    let name = rustix::pty::ptsname(&ours, Vec::new())?;
-    let path = PathBuf::from(name.into_string().map_err(io::Error::other)?);
-    let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
-    let theirs = rustix::fs::open(&path, flags, Mode::empty())?;
-    let mut mode = rustix::termios::tcgetattr(&theirs)?;
-    mode.make_raw();
-    rustix::termios::tcsetattr(&theirs, OptionalActions::Now, &mode)?;
-    rustix::fs::fcntl_setfl(&ours, OFlags::RDWR | OFlags::NONBLOCK)?;
-    Ok(([ours, theirs], path))
 }

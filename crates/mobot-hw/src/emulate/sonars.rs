@@ -2,14 +2,13 @@
 
 use occgrid::Reading;
 
-use super::{Emulator, Later, now};
+use super::{Emulator, Later, RobotView};
 use crate::serial::maxbotix::{self, MaxBotixModel};
 use crate::serial::{asked, ff, maestro, urm37};
-use crate::sim::Simulation;
 
 /// Fires, and gives the number that a sonar of this unit [m] sends; `silence` where it heard nothing.
-fn measure(robot: &Simulation, unit: f64, [near, silence]: [u16; 2]) -> u16 {
-    match robot.lock().fire() {
+fn measure(robot: &mut RobotView, unit: f64, [near, silence]: [u16; 2]) -> u16 {
+    match robot.fire() {
         Reading::Echo { range } => {
             let number = (range / unit).round();
             (number as u16).clamp(near, near.max(silence))
@@ -46,8 +45,8 @@ impl MaxBotixEmulator {
 }
 
 impl Emulator for MaxBotixEmulator {
-    fn step(&mut self, _bytes: &[u8], robot: &Simulation) -> Vec<u8> {
-        if !cycle(&mut self.next, self.model.cycle(), now(robot)) {
+    fn step(&mut self, _bytes: &[u8], robot: &mut RobotView) -> Vec<u8> {
+        if !cycle(&mut self.next, self.model.cycle(), robot.now()) {
             return Vec::new();
         }
         let value = measure(robot, self.model.unit(), self.model.ends());
@@ -60,8 +59,8 @@ impl Emulator for MaxBotixEmulator {
 pub struct FfEmulator(Option<f64>);
 
 impl Emulator for FfEmulator {
-    fn step(&mut self, _bytes: &[u8], robot: &Simulation) -> Vec<u8> {
-        if !cycle(&mut self.0, 0.1, now(robot)) {
+    fn step(&mut self, _bytes: &[u8], robot: &mut RobotView) -> Vec<u8> {
+        if !cycle(&mut self.0, 0.1, robot.now()) {
             return Vec::new();
         }
         ff::encode(measure(robot, 0.001, [30, 4500]) % 4500).to_vec()
@@ -73,8 +72,8 @@ impl Emulator for FfEmulator {
 pub struct Us100Emulator(Later);
 
 impl Emulator for Us100Emulator {
-    fn step(&mut self, bytes: &[u8], robot: &Simulation) -> Vec<u8> {
-        let now = now(robot);
+    fn step(&mut self, bytes: &[u8], robot: &mut RobotView) -> Vec<u8> {
+        let now = robot.now();
         for byte in bytes {
             match *byte {
                 asked::US100_RANGE => {
@@ -99,8 +98,8 @@ pub struct Srf02Emulator {
 }
 
 impl Emulator for Srf02Emulator {
-    fn step(&mut self, bytes: &[u8], robot: &Simulation) -> Vec<u8> {
-        let now = now(robot);
+    fn step(&mut self, bytes: &[u8], robot: &mut RobotView) -> Vec<u8> {
+        let now = robot.now();
         for byte in bytes {
             if !std::mem::take(&mut self.addressed) {
                 self.addressed = *byte == self.address;
@@ -123,8 +122,8 @@ pub struct Urm37Emulator {
 }
 
 impl Emulator for Urm37Emulator {
-    fn step(&mut self, bytes: &[u8], robot: &Simulation) -> Vec<u8> {
-        let now = now(robot);
+    fn step(&mut self, bytes: &[u8], robot: &mut RobotView) -> Vec<u8> {
+        let now = robot.now();
         for byte in bytes {
             self.bytes.push(*byte);
             if self.bytes.len() < 4 {
@@ -140,7 +139,7 @@ impl Emulator for Urm37Emulator {
             if command == urm37::RANGE {
                 if steps <= urm37::MAX_STEPS {
                     let off = (f64::from(steps) - 23.0) * 6.0;
-                    robot.lock().pan = off.to_radians();
+                    robot.aim(off.to_radians());
                 }
                 let cm = match measure(robot, 0.01, [4, 500]) {
                     500.. => urm37::INVALID,
@@ -177,14 +176,14 @@ impl Default for MaestroEmulator {
 const PROTOCOL_ERROR: u16 = 1 << 4;
 
 impl MaestroEmulator {
-    fn run(&mut self, robot: &Simulation) -> Option<Vec<u8>> {
+    fn run(&mut self, robot: &mut RobotView) -> Option<Vec<u8>> {
         let answer = match *self.command.as_slice() {
             [0x84, channel, low, high] => {
                 if channel == 0 {
                     let target = u16::from(low) | u16::from(high) << 7;
                     self.target = target.clamp(992 * 4, 2000 * 4);
                     let us = f64::from(self.target) / 4.0;
-                    robot.lock().pan = (us - 1500.0) * std::f64::consts::PI / 1000.0;
+                    robot.aim((us - 1500.0) * std::f64::consts::PI / 1000.0);
                 }
                 Vec::new()
             }
@@ -205,7 +204,7 @@ impl MaestroEmulator {
 }
 
 impl Emulator for MaestroEmulator {
-    fn step(&mut self, bytes: &[u8], robot: &Simulation) -> Vec<u8> {
+    fn step(&mut self, bytes: &[u8], robot: &mut RobotView) -> Vec<u8> {
         let mut out = Vec::new();
         for byte in bytes {
             if *byte >= 0x80 && !self.command.is_empty() {

@@ -84,6 +84,8 @@ pub(crate) struct Base {
     rolled: [f64; 2],
     pub(crate) bumped: [bool; 2],
     touching: bool,
+    pub(crate) cliff: bool,
+    pub(crate) lifted: bool,
     pub(crate) collisions: u64,
     pub(crate) driven: f64,
     pub(crate) least_clearance: f64,
@@ -100,6 +102,8 @@ impl Base {
             rolled: [0.0; 2],
             bumped: [false; 2],
             touching: false,
+            cliff: false,
+            lifted: false,
             collisions: 0,
             driven: 0.0,
             least_clearance: CLEARANCE_SEEN,
@@ -153,6 +157,9 @@ impl Base {
             if way != 0.0 && self.params.slip_noise > 0.0 {
                 *ground += self.params.slip_noise * way.abs().sqrt() * self.dice.normal();
             }
+        }
+        if self.lifted {
+            return;
         }
         let track = self.params.track * self.params.track_error;
         let next = rolled_on(self.map_from_base, ground, track);

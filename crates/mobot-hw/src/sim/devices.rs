@@ -119,6 +119,7 @@ impl PanActuator for SimPan {
             state.advance(time);
             state.pan = bearing;
         }
+        state.pan_target = None;
         Ok(bearing)
     }
 }
@@ -188,8 +189,8 @@ impl DifferentialDrive for SimBase {
             travel: state.base.travel(),
             bump_left,
             bump_right,
-            cliff: false,
-            wheel_drop: false,
+            cliff: state.base.cliff,
+            wheel_drop: state.base.lifted,
         })
     }
 }

@@ -167,6 +167,8 @@ pub(crate) struct State {
     pub(crate) time: f64,
     pub(crate) base: Base,
     pub(crate) pan: f64,
+    /// Where a pan that turns by itself is going.
+    pub(crate) pan_target: Option<f64>,
     sonar: Sonar,
     sonar_dice: Dice,
     renderer: Renderer,
@@ -188,7 +190,22 @@ impl State {
                 self.time + step
             };
             self.base.step(&self.world, next, step);
+            self.turn_pan(step);
             self.time = next;
+        }
+    }
+
+    fn turn_pan(&mut self, seconds: f64) {
+        let Some(target) = self.pan_target else {
+            return;
+        };
+        let most = self.params.pan_speed * seconds;
+        let turn = target - self.pan;
+        if turn.abs() <= most {
+            self.pan = target;
+            self.pan_target = None;
+        } else {
+            self.pan += most.copysign(turn);
         }
     }
 
@@ -260,6 +277,7 @@ impl Simulation {
                 time: 0.0,
                 base,
                 pan: 0.0,
+                pan_target: None,
                 renderer,
             })),
         })
@@ -293,6 +311,16 @@ impl Simulation {
     /// Lifts the robot and puts it down elsewhere; its wheels do not notice.
     pub fn kidnap(&self, map_from_base: Pose2) {
         self.lock().base.map_from_base = map_from_base;
+    }
+
+    /// Says whether the floor ends under the robot's nose from now on; it tells, and falls nowhere.
+    pub fn set_cliff(&self, cliff: bool) {
+        self.lock().base.cliff = cliff;
+    }
+
+    /// Lifts the robot off the floor, or puts it down again where it was: its wheels hang and turn in the air.
+    pub fn set_lifted(&self, lifted: bool) {
+        self.lock().base.lifted = lifted;
     }
 
     pub(crate) fn lock(&self) -> MutexGuard<'_, State> {

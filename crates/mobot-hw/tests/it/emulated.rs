@@ -5,8 +5,9 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use mobot_hw::emulate::{
-    ArduinoEmulator, Create2Emulator, Emulation, Emulator, FfEmulator, KobukiEmulator, LineFaults,
-    MaestroEmulator, MaxBotixEmulator, Srf02Emulator, Urm37Emulator, Us100Emulator, WheelCommand,
+    ArduinoEmulator, Create2Emulator, DeviceFaults, Emulation, Emulator, FfEmulator,
+    KobukiEmulator, LineFaults, MaestroEmulator, MaxBotixEmulator, Srf02Emulator, Stuck,
+    Urm37Emulator, Us100Emulator, WheelCommand,
 };
 use mobot_hw::serial::{
     Arduino, ArduinoParams, Create2, Create2Params, FfParams, FfSonar, Kobuki, KobukiParams,
@@ -275,4 +276,152 @@ print('told', before.open_interface_mode, moving.velocity_right, moving.velocity
     );
     let last = log.last().expect("a command").wheels;
     assert!(last.iter().all(|w| w.abs() < 1e-9));
+}
+
+/// A MaxBotix that looks straight ahead, opened as a program opens it.
+fn maxbotix(emulation: &Emulation, device: usize) -> MaxBotix<Port, SystemClock> {
+    let port = port(emulation, device, 9600);
+    MaxBotix::new(port, SystemClock::start(), MaxBotixParams::default())
+}
+
+#[test]
+fn an_unplugged_sonar_comes_back_under_the_same_link() {
+    let emulation = start([Box::new(MaxBotixEmulator::default())]);
+    let link = emulation.path(0).to_owned();
+    let before = std::fs::read_link(&link).expect("a link");
+    let mut sonar = maxbotix(&emulation, 0);
+    sonar.ping(0.0).expect("a reading");
+    let unplugged = LineFaults {
+        unplugged: true,
+        ..LineFaults::default()
+    };
+    emulation.set_faults(0, unplugged);
+    let began = Instant::now();
+    let error = sonar.ping(0.0).expect_err("it is gone");
+    assert_eq!(error, SerialError::Unplugged);
+    assert!(began.elapsed() < Duration::from_millis(100));
+    assert!(!link.exists());
+    // while the old terminal is held open, the new one has another name
+    emulation.set_faults(0, LineFaults::default());
+    while !link.exists() {
+        assert!(began.elapsed() < Duration::from_secs(2));
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    assert_ne!(std::fs::read_link(&link).expect("a link"), before);
+    maxbotix(&emulation, 0).ping(0.0).expect("a reading");
+    drop(emulation);
+    assert!(!link.parent().expect("a folder").exists());
+}
+
+#[test]
+fn a_stuck_sonar_repeats_itself_and_a_stuck_servo_stands_still() {
+    let emulation = start([
+        Box::new(FfEmulator::default()),
+        Box::new(Urm37Emulator::default()),
+    ]);
+    let clock = SystemClock::start();
+    let mut ff = FfSonar::new(port(&emulation, 0, 9600), clock, FfParams::default());
+    let mut urm37 = Urm37::new(port(&emulation, 1, 9600), clock, Urm37Params::default());
+    let ahead = ff.ping(0.0).expect("a reading").reading;
+    let stuck = DeviceFaults {
+        stuck: Stuck::All,
+        ..DeviceFaults::default()
+    };
+    emulation.set_device_faults(0, stuck);
+    hears_the_wall(&mut urm37, LEFT);
+    // the pan points at the wall now, and the one beside it does not see that
+    assert_eq!(ff.ping(0.0).expect("a reading").reading, ahead);
+    emulation.set_device_faults(0, DeviceFaults::default());
+    hears_the_wall(&mut ff, 0.0);
+    emulation.set_device_faults(1, stuck);
+    urm37.ping(0.0).expect("a reading");
+    hears_the_wall(&mut ff, 0.0);
+}
+
+#[test]
+fn a_slow_sonar_fires_half_as_often_and_a_slow_line_is_late() {
+    let emulation = start([Box::new(MaxBotixEmulator::default())]);
+    let mut sonar = maxbotix(&emulation, 0);
+    let mut cycle = || {
+        sonar.ping(0.0).expect("a reading");
+        let began = Instant::now();
+        for _ in 0..4 {
+            sonar.ping(0.0).expect("a reading");
+        }
+        began.elapsed().as_secs_f64() / 4.0
+    };
+    let usual = cycle();
+    let slow = DeviceFaults {
+        slow: 3.0,
+        ..DeviceFaults::default()
+    };
+    emulation.set_device_faults(0, slow);
+    let slower = cycle();
+    assert!(slower > 1.7 * usual, "{usual} {slower}");
+    emulation.set_device_faults(0, DeviceFaults::default());
+    let late = LineFaults {
+        delay: 0.4,
+        ..LineFaults::default()
+    };
+    emulation.set_faults(0, late);
+    // opened anew, so that nothing of before is heard
+    drop(sonar);
+    let began = Instant::now();
+    maxbotix(&emulation, 0).ping(0.0).expect("a reading");
+    assert!(began.elapsed() > Duration::from_millis(390));
+}
+
+#[test]
+fn bases_tell_of_cliffs_and_lifted_wheels() {
+    let robot = robot();
+    let bases: Vec<Box<dyn Emulator>> = vec![
+        Box::new(Create2Emulator::default()),
+        Box::new(KobukiEmulator::default()),
+    ];
+    let emulation = Emulation::start(&robot, bases, 1).expect("pseudo-terminals");
+    let clock = SystemClock::start();
+    let params = KobukiParams::default();
+    let mut kobuki = Kobuki::open(port(&emulation, 1, 115_200), clock, params).expect("a base");
+    let params = Create2Params::default();
+    let mut create = Create2::open(port(&emulation, 0, 115_200), clock, params).expect("a base");
+
+    for (cliff, lifted) in [(true, false), (false, true)] {
+        create.rearm().expect("safe mode");
+        create.drive(Twist2::new(0.1, 0.0)).expect("a command");
+        create.status().expect("a state");
+        robot.set_cliff(cliff);
+        robot.set_lifted(lifted);
+        std::thread::sleep(Duration::from_millis(60));
+        for base in [
+            &mut create as &mut dyn DifferentialDrive<Error = SerialError>,
+            &mut kobuki,
+        ] {
+            let status = base.status().expect("a state");
+            assert_eq!([status.cliff, status.wheel_drop], [cliff, lifted]);
+        }
+        // the base stopped by itself, and takes no more commands to move
+        let last = emulation.wheel_log(0).last().expect("a command").wheels;
+        assert!(last.iter().all(|w| w.abs() < 1e-9));
+        assert!(create.drive(Twist2::new(0.1, 0.0)).is_err());
+        robot.set_cliff(false);
+        robot.set_lifted(false);
+    }
+}
+
+#[test]
+fn a_stuck_encoder_counts_no_more_while_its_wheel_turns() {
+    let robot = robot();
+    let emulation = Emulation::start(&robot, vec![Box::new(Create2Emulator::default())], 1)
+        .expect("pseudo-terminals");
+    let clock = SystemClock::start();
+    let params = Create2Params::default();
+    let mut base = Create2::open(port(&emulation, 0, 115_200), clock, params).expect("a base");
+    let left = DeviceFaults {
+        stuck: Stuck::Left,
+        ..DeviceFaults::default()
+    };
+    emulation.set_device_faults(0, left);
+    let travel = drives_and_stops(&mut base).travel;
+    assert!(travel.left.abs() < 1e-9 && travel.right > 0.1, "{travel:?}");
+    assert!(robot.truth().driven > 0.1);
 }
