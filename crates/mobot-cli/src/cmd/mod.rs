@@ -82,7 +82,7 @@ fn checked_picture(path: Option<&Path>) -> anyhow::Result<()> {
 }
 
 /// Reads a small text file, refusing one that is too large to be what it should be.
-fn read_text(path: &Path, most_bytes: u64) -> anyhow::Result<String> {
+pub(crate) fn read_text(path: &Path, most_bytes: u64) -> anyhow::Result<String> {
     let name = path.display();
     let meta = std::fs::metadata(path).with_context(|| format!("{name}"))?;
     if !meta.is_file() {
