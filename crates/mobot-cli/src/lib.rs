@@ -8,4 +8,5 @@ pub mod interrupt;
 pub mod output;
 pub mod picture;
 pub mod run_log;
+pub mod uri;
 pub mod world;

@@ -4,6 +4,8 @@ mod birdseye;
 mod calibrate;
 mod check;
 mod clean;
+mod devices;
+mod emulate;
 mod floor;
 mod floorplan;
 mod graph;
@@ -43,6 +45,8 @@ pub fn run(cli: Cli) -> anyhow::Result<Outcome> {
         Command::Calibrate(args) => calibrate::run(&args, &output),
         Command::Floor(args) => floor::run(&args, &output),
         Command::Birdseye(args) => birdseye::run(&args, &output),
+        Command::Devices(args) => devices::run(&args, &output),
+        Command::Emulate(args) => emulate::run(&args, &output),
         Command::Guard(args) => guard::run(args),
     }
 }

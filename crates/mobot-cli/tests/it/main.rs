@@ -4,5 +4,7 @@ mod bad_input;
 mod camera;
 mod commands;
 mod nav;
+mod devices;
+mod emulate;
 mod run;
 mod run_log;

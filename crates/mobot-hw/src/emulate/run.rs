@@ -126,9 +126,9 @@ impl Emulation {
         })
     }
 
-    /// Time since it began [s], as in the stamps of [`WheelCommand`].
+    /// The time on the clock of [`WheelCommand::stamp`] [s].
     #[must_use]
-    pub fn now(&self) -> f64 {
+    pub fn elapsed(&self) -> f64 {
         self.began.elapsed().as_secs_f64()
     }
 
@@ -175,7 +175,17 @@ impl Emulation {
     /// Where there is no such device.
     #[must_use]
     pub fn wheel_log(&self, device: usize) -> Vec<WheelCommand> {
-        lock(&self.devices[device].1.log).clone()
+        self.wheel_log_from(device, 0)
+    }
+
+    /// The same without the first so many.
+    ///
+    /// # Panics
+    /// Where there is no such device.
+    #[must_use]
+    pub fn wheel_log_from(&self, device: usize, first: usize) -> Vec<WheelCommand> {
+        let log = lock(&self.devices[device].1.log);
+        log.get(first..).unwrap_or_default().to_vec()
     }
 }
 

@@ -97,6 +97,17 @@ pub struct Srf02Emulator {
     later: Later,
 }
 
+impl Srf02Emulator {
+    /// One at this address.
+    #[must_use]
+    pub fn at(address: u8) -> Self {
+        Self {
+            address,
+            ..Self::default()
+        }
+    }
+}
+
 impl Emulator for Srf02Emulator {
     fn step(&mut self, bytes: &[u8], robot: &mut RobotView) -> Vec<u8> {
         let now = robot.now();

@@ -116,6 +116,16 @@ impl<P: Read + Write, C: Clock> Maestro<P, C> {
         self.line.counts()
     }
 
+    /// Where the servo was told to stand [rad], nowhere where it gets no pulses. Moves nothing.
+    ///
+    /// # Errors
+    /// The line's.
+    pub fn commanded(&mut self) -> Result<Option<f64>, SerialError> {
+        let quarters = self.ask(Command::Position(self.params.channel))?;
+        let us = f64::from(quarters) / 4.0;
+        Ok((quarters > 0).then(|| self.bearing_of(us)))
+    }
+
     fn bearing_of(&self, us: f64) -> f64 {
         (us - self.params.centre_us) / self.params.us_per_rad
     }
