@@ -8,3 +8,4 @@ mod devices;
 mod emulate;
 mod run;
 mod run_log;
+mod uri;

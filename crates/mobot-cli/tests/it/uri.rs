@@ -1,0 +1,237 @@
+//! Device URIs opened: simulated devices of one robot, and drivers on emulated devices in real time.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use clap::Parser;
+use mobot_cli::args::DeviceArgs;
+use mobot_cli::uri::{BoxedSonar, Devices, open};
+use mobot_hw::emulate::{
+    ArduinoEmulator, Create2Emulator, Emulation, Emulator, FfEmulator, KobukiEmulator,
+    MaestroEmulator, MaxBotixEmulator, Urm37Emulator,
+};
+use mobot_hw::serial::MaxBotixModel;
+use mobot_hw::sim::{RobotParams, Simulation, World};
+use mobot_hw::{Bearings, FaultKind, Twist2};
+use occgrid::Reading;
+
+#[derive(Parser)]
+struct Line {
+    #[command(flatten)]
+    devices: DeviceArgs,
+}
+
+/// Opens what was typed.
+fn opened<S: Into<String>>(words: impl IntoIterator<Item = S>) -> anyhow::Result<Devices> {
+    let words = words.into_iter().map(Into::into);
+    let line = Line::try_parse_from(std::iter::once("mobot".to_owned()).chain(words))?;
+    open(&line.devices)
+}
+
+fn why_not<const N: usize>(words: [&str; N]) -> String {
+    match opened(words) {
+        Ok(_) => panic!("{words:?} were opened"),
+        Err(error) => format!("{error:#}"),
+    }
+}
+
+#[test]
+fn simulated_devices_are_of_one_robot() {
+    let mut devices = opened([
+        "--camera",
+        "sim:",
+        "--world",
+        "office",
+        "--robot-start",
+        "4,0,0",
+        "--sonar",
+        "sim:?mount=0.1,0,3.141592653589793",
+    ])
+    .expect("devices");
+    let robot = devices.simulation.clone().expect("a simulated robot");
+    assert!((robot.truth().map_from_base.x - 4.0).abs() < 1e-12);
+    assert!((devices.sensor.mount.x - 0.1).abs() < 1e-12);
+    devices
+        .base
+        .drive(Twist2::new(0.2, 0.0))
+        .expect("a command");
+    // time passes in the sonar, the base moves meanwhile, the camera sees it later
+    let before = devices.clock.now();
+    let ping = devices.sonar.ping(0.0).expect("a reading");
+    assert!((ping.bearing).abs() < 1e-9, "{ping:?}");
+    assert!(devices.clock.now() > before);
+    devices.clock.sleep(1.0);
+    let frame = devices.camera.as_mut().expect("a camera").frame();
+    assert!(frame.expect("a frame").stamp > before + 1.0);
+    assert!(devices.base.status().expect("a state").travel.left > 0.1);
+    assert!(robot.truth().map_from_base.x > 4.1);
+}
+
+#[test]
+fn the_same_line_gives_the_same_readings() {
+    let readings = || {
+        let mut devices = opened(["--seed", "7"]).expect("devices");
+        (0..20)
+            .map(|k| devices.sonar.ping(f64::from(k) * 0.1).expect("a reading"))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(readings(), readings());
+}
+
+#[test]
+fn a_robot_without_turret_looks_one_way() {
+    let mut devices =
+        opened(["--turret", "none", "--sonar", "sim:?mount=0,0,0.5"]).expect("devices");
+    assert_eq!(devices.sonar.bearings(), Bearings::fixed(0.5));
+    devices.sonar.ping(0.5).expect("a reading");
+    let error = devices.sonar.ping(0.0).expect_err("it does not turn");
+    assert_eq!(error.kind, FaultKind::Refused);
+}
+
+#[test]
+fn devices_that_do_not_go_together_are_refused() {
+    let error = why_not(["--base", "create2:/dev/none"]);
+    assert!(
+        error.contains("--sonar sim:") && error.contains("--base create2:/dev/none"),
+        "{error}"
+    );
+    let error = why_not(["--turret", "maestro:/dev/none"]);
+    assert!(error.contains("simulated devices or real ones"), "{error}");
+    let error = why_not(["--camera", "v4l2:/dev/video0"]);
+    assert!(error.contains("simulated devices or real ones"), "{error}");
+    let sonar = ["--base", "create2:/dev/none", "--sonar", "ff:/dev/none"];
+    let error = why_not(sonar);
+    assert!(error.contains("ff:/dev/none"), "{error}");
+    let [a, b, c, d] = sonar;
+    let error = why_not([a, b, c, d, "--turret", "urm37"]);
+    assert!(error.contains("expected a urm37 sonar"), "{error}");
+}
+
+/// A robot in a corridor: a wall 1 m to its left, one 2 m to its right; its sonar has no noise.
+fn corridor() -> Simulation {
+    let world = "
+        walls = [
+            { from = [-9, 1], to = [9, 1], thickness = 0.02 },
+            { from = [-9, -2], to = [9, -2], thickness = 0.02 },
+        ]
+    ";
+    let mut params = RobotParams::default();
+    params.sonar.sigma = 0.0;
+    params.sonar.silence = 0.0;
+    params.sonar.crosstalk = 0.0;
+    Simulation::new(World::from_toml(world).expect("a world"), params, 1).expect("a robot")
+}
+
+fn start<const N: usize>(robot: &Simulation, emulators: [Box<dyn Emulator>; N]) -> Emulation {
+    Emulation::start(robot, emulators.into(), 1).expect("pseudo-terminals")
+}
+
+/// A URI of an emulated device.
+fn at(scheme: &str, emulation: &Emulation, device: usize, options: &str) -> String {
+    format!("{scheme}:{}{options}", emulation.path(device).display())
+}
+
+fn hears(sonar: &mut BoxedSonar, bearing: f64, expected: f64) {
+    let ping = sonar.ping(bearing).expect("a reading");
+    assert!((ping.bearing - bearing).abs() < 0.06, "{ping:?}");
+    let Reading::Echo { range } = ping.reading else {
+        panic!("{ping:?}");
+    };
+    assert!((range - expected).abs() < 0.06, "{ping:?}");
+}
+
+#[test]
+fn a_maestro_turns_a_maxbotix_by_its_zero_and_sense() {
+    let emulators: [Box<dyn Emulator>; 3] = [
+        Box::new(MaxBotixEmulator::new(MaxBotixModel::Hrlv)),
+        Box::new(MaestroEmulator::default()),
+        Box::new(KobukiEmulator::default()),
+    ];
+    let emulation = start(&corridor(), emulators);
+    let open = |sonar: &str, turret: &str| {
+        opened([
+            "--base",
+            &at("kobuki", &emulation, 2, ""),
+            "--sonar",
+            &at("maxbotix", &emulation, 0, sonar),
+            "--turret",
+            &at("maestro", &emulation, 1, turret),
+        ])
+        .expect("devices")
+    };
+    let mut devices = open("?model=hrlv", "");
+    hears(&mut devices.sonar, FRAC_PI_2, 1.0);
+    hears(&mut devices.sonar, -FRAC_PI_2, 2.0);
+    assert!((devices.sensor.max_range - 5.0).abs() < 1e-9);
+    assert!((devices.sensor.blanking - 0.3).abs() < 1e-9);
+    drop(devices);
+    // mounted the other way round it turns to the other side
+    let mut devices = open("?model=hrlv", "?sign=-1");
+    hears(&mut devices.sonar, -FRAC_PI_2, 1.0);
+    drop(devices);
+    // an axle that looks to the left, and whose servo stands at 180 degrees then
+    let mut devices = open(
+        "?model=hrlv&mount=0,0,1.5707963267948966",
+        "?centre_deg=180",
+    );
+    hears(&mut devices.sonar, FRAC_PI_2, 1.0);
+    let reach = devices.sonar.bearings();
+    assert!(reach.from < -FRAC_PI_2 + 0.05 && reach.to < PI, "{reach:?}");
+    hears(&mut devices.sonar, -FRAC_PI_2 + 0.02, 2.0);
+}
+
+#[test]
+fn a_urm37_turns_itself_unless_told_not_to() {
+    let emulators: [Box<dyn Emulator>; 2] = [
+        Box::new(Urm37Emulator::default()),
+        Box::new(Create2Emulator::default()),
+    ];
+    let emulation = start(&corridor(), emulators);
+    let open = |turret: &[&str]| {
+        let base = at("create2", &emulation, 1, "");
+        let sonar = at("urm37", &emulation, 0, "");
+        let words = ["--base", &base, "--sonar", &sonar];
+        opened(words.iter().chain(turret).copied()).expect("devices")
+    };
+    hears(&mut open(&[]).sonar, FRAC_PI_2, 1.0);
+    hears(
+        &mut open(&["--turret", "urm37?sign=-1"]).sonar,
+        FRAC_PI_2,
+        2.0,
+    );
+    let sonar = open(&["--turret", "none"]).sonar;
+    assert_eq!(sonar.bearings(), Bearings::fixed(0.0));
+}
+
+#[test]
+fn every_base_drives_by_its_uri() {
+    let robot = corridor();
+    let emulators: [Box<dyn Emulator>; 4] = [
+        Box::new(FfEmulator::default()),
+        Box::new(Create2Emulator::default()),
+        Box::new(KobukiEmulator::default()),
+        Box::new(ArduinoEmulator::new(Default::default())),
+    ];
+    let emulation = start(&robot, emulators);
+    for (device, scheme) in [(1, "create2"), (2, "kobuki"), (3, "arduino")] {
+        let base = at(scheme, &emulation, device, "?max_speed=0.1");
+        let sonar = at("ff", &emulation, 0, "");
+        let mut devices = opened(["--base", &base, "--sonar", &sonar]).expect("devices");
+        let before = robot.truth().driven;
+        for _ in 0..20 {
+            devices
+                .base
+                .drive(Twist2::new(0.3, 0.0))
+                .expect("a command");
+            devices.clock.sleep(0.02);
+            devices.base.status().expect("a state");
+        }
+        devices.base.stop().expect("a stop");
+        let fastest = emulation
+            .wheel_log(device)
+            .iter()
+            .map(|c| c.wheels[0])
+            .fold(0.0, f64::max);
+        assert!((fastest - 0.1).abs() < 0.005, "{scheme}: {fastest}");
+        assert!(robot.truth().driven > before + 0.01, "{scheme}");
+    }
+}
