@@ -485,17 +485,18 @@ pub struct EmulateArgs {
 
 /// What can be done to emulated devices while they run.
 const EMULATE_CONTROL: &str = "\
-Each line on stdin changes something at once; it is answered by a JSON line on stderr.
-  DEVICE drop P | double P | flip P    bytes that are lost, come twice, have a bit turned; P = 0 to 1
-  DEVICE silence on|off                nothing comes through, in either direction
-  DEVICE delay S                       bytes come S seconds late
-  DEVICE unplug | plug                 the terminal is gone; a new one under the same link
-  DEVICE stuck on|off|left|right       a sonar repeats itself, a servo or both encoders, or one, stand still
-  DEVICE slow F                        it fires and answers F times more slowly
-  DEVICE ok                            no faults
-  robot cliff on|off | lift on|off     the floor ends; the wheels hang in the air
-  robot slip L,R | kidnap X,Y,THETA    share of its way that each wheel loses; put down elsewhere
-  robot truth                          the true pose, collisions, least clearance and way
+Each line on stdin changes something at once; a JSON line on stderr answers.
+  DEVICE drop P, double P, flip P  bytes lost, sent twice, a bit turned; 0 to 1
+  DEVICE silence on|off            nothing comes through, either way
+  DEVICE delay S                   bytes come S seconds late
+  DEVICE unplug, plug              terminal gone; a new one under the same link
+  DEVICE stuck on|off|left|right   sonar repeats itself; servo, encoders stand
+  DEVICE slow F                    fires and answers F times more slowly
+  DEVICE ok                        no faults
+  robot cliff on|off, lift on|off  the floor ends; the wheels hang in the air
+  robot slip L,R                   share of its way that each wheel loses
+  robot kidnap X,Y,THETA           put down elsewhere
+  robot truth                      true pose, collisions, least clearance, way
 DEVICE is a kind, the second of a kind KIND-2, or all.";
 
 /// `X,Y`, both finite.

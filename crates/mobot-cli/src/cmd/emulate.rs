@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use anyhow::Context as _;
 use mobot_hw::emulate::{Emulation, Emulator};
-use mobot_hw::sim::{RobotParams, Simulation};
+use mobot_hw::sim::{RobotParams, Simulation, SonarParams};
 use serde::Serialize;
 
 use crate::args::EmulateArgs;
@@ -40,13 +40,7 @@ pub(super) fn run(args: &EmulateArgs, output: &Output) -> anyhow::Result<Outcome
         .map(|kind| kind.parse().with_context(|| format!("KIND {kind:?}")))
         .collect::<anyhow::Result<Vec<Uri<Kind>>>>()?;
     let world = crate::world::load(&args.world, args.start)?;
-    let params = RobotParams {
-        base: kinds
-            .iter()
-            .find_map(|kind| kind.device.base)
-            .unwrap_or_default(),
-        ..RobotParams::default()
-    };
+    let params = robot_of(&kinds);
     let robot = Simulation::new(world, params, args.seed)?;
 
     let names = names(&kinds);
@@ -83,6 +77,21 @@ pub(super) fn run(args: &EmulateArgs, output: &Output) -> anyhow::Result<Outcome
         }
     }
     Ok(Outcome::Done)
+}
+
+/// The robot that has these devices: the first base's wheels, ears as good as the best sonar's.
+fn robot_of(kinds: &[Uri<Kind>]) -> RobotParams {
+    let default = RobotParams::default();
+    let ranges = kinds.iter().filter_map(|kind| kind.device.max_range);
+    let base = kinds.iter().find_map(|kind| kind.device.base);
+    RobotParams {
+        base: base.unwrap_or_default(),
+        sonar: SonarParams {
+            max_range: ranges.reduce(f64::max).unwrap_or(default.sonar.max_range),
+            ..default.sonar
+        },
+        ..default
+    }
 }
 
 /// Puts the devices on terminals, under their names where a folder for the links was given.

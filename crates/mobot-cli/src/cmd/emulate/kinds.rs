@@ -4,15 +4,18 @@ use mobot_hw::emulate::{
     ArduinoEmulator, Create2Emulator, Emulator, FfEmulator, KobukiEmulator, MaestroEmulator,
     MaxBotixEmulator, Srf02Emulator, Urm37Emulator, Us100Emulator,
 };
-use mobot_hw::serial::{create2, kobuki};
+use mobot_hw::serial::{FfParams, Srf02Params, Urm37Params, Us100Params, create2, kobuki};
 use mobot_hw::sim::BaseParams;
 
 use crate::uri::{self, Parts, Role, UriError};
 
-/// A device to emulate, with the base that it makes of the robot where it is one.
+/// A device to emulate, and what it makes of the robot.
 pub(super) struct Kind {
     pub(super) emulator: Box<dyn Emulator>,
+    /// Where it is a base.
     pub(super) base: Option<BaseParams>,
+    /// How far it hears, where it is a sonar [m].
+    pub(super) max_range: Option<f64>,
 }
 
 impl Role for Kind {
@@ -29,7 +32,7 @@ impl Role for Kind {
                 ..BaseParams::default()
             })
         };
-        let mut base = None;
+        let (mut base, mut max_range) = (None, None);
         let emulator: Box<dyn Emulator> = match parts.scheme {
             "create2" => {
                 base = wheels(create2::TRACK, create2::COUNT);
@@ -42,16 +45,37 @@ impl Role for Kind {
             "arduino" => {
                 let params = uri::arduino_params(options)?;
                 base = wheels(params.track, 1.0 / params.counts_per_metre);
+                max_range = Some(params.farthest);
                 Box::new(ArduinoEmulator::new(params))
             }
-            "maxbotix" => Box::new(MaxBotixEmulator::new(uri::model(options)?)),
-            "ff" => Box::new(FfEmulator::default()),
-            "urm37" => Box::new(Urm37Emulator::default()),
-            "us100" => Box::new(Us100Emulator::default()),
-            "srf02" => Box::new(Srf02Emulator::at(uri::address(options)?)),
+            "maxbotix" => {
+                let model = uri::model(options)?;
+                max_range = Some(f64::from(model.ends()[1]) * model.unit());
+                Box::new(MaxBotixEmulator::new(model))
+            }
+            "ff" => {
+                max_range = Some(FfParams::default().farthest);
+                Box::new(FfEmulator::default())
+            }
+            "urm37" => {
+                max_range = Some(Urm37Params::default().farthest);
+                Box::new(Urm37Emulator::default())
+            }
+            "us100" => {
+                max_range = Some(Us100Params::default().farthest);
+                Box::new(Us100Emulator::default())
+            }
+            "srf02" => {
+                max_range = Some(Srf02Params::default().farthest);
+                Box::new(Srf02Emulator::at(uri::address(options)?))
+            }
             "maestro" => Box::new(MaestroEmulator::default()),
             _ => return Ok(None),
         };
-        Ok(Some(Self { emulator, base }))
+        Ok(Some(Self {
+            emulator,
+            base,
+            max_range,
+        }))
     }
 }
