@@ -3,8 +3,8 @@
 pub mod args;
 pub mod cmd;
 pub mod frame;
-pub mod nav;
 pub mod interrupt;
+pub mod nav;
 pub mod output;
 pub mod picture;
 pub mod run_log;

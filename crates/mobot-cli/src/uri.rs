@@ -28,9 +28,9 @@ use thiserror::Error;
 
 pub use base::Base;
 pub(crate) use base::arduino_params;
-pub use boxed::{BoxedBase, BoxedCamera, BoxedSonar, Fault};
+pub use boxed::{BoxedBase, BoxedCamera, BoxedClock, BoxedSonar, Fault};
 pub use camera::Camera;
-pub use open::{Devices, open};
+pub use open::{Opened, open};
 pub(crate) use open::{open_base, open_camera, open_sonar};
 pub use options::Options;
 pub use sonar::{Sonar, SonarKind};

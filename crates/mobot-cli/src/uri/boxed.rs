@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use mobot_hw::{
-    BaseStatus, Bearings, Camera, CameraFrame, DeviceError, DifferentialDrive, FaultKind,
+    BaseStatus, Bearings, Camera, CameraFrame, Clock, DeviceError, DifferentialDrive, FaultKind,
     PanActuator, Ping, RangeFinder, Twist2,
 };
 use thiserror::Error;
@@ -14,6 +14,8 @@ pub type BoxedSonar = Box<dyn RangeFinder<Error = Fault> + Send>;
 pub type BoxedBase = Box<dyn DifferentialDrive<Error = Fault> + Send>;
 /// Any camera.
 pub type BoxedCamera = Box<dyn Camera<Error = Fault> + Send>;
+/// Any clock.
+pub type BoxedClock = Box<dyn Clock + Send>;
 
 /// An error of a device: what is left of it once its type is forgotten.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]

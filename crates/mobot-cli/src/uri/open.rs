@@ -6,25 +6,20 @@ use mobot_hw::serial::{
     Urm37, Urm37Params, Us100, Us100Params,
 };
 use mobot_hw::sim::{RobotParams, Simulation};
-use mobot_hw::{Clock, PanActuator, SystemClock};
+use mobot_hw::{PanActuator, SystemClock};
 use occgrid::SonarModel;
 
-use super::boxed::{BoxedBase, BoxedCamera, BoxedSonar, Mounted, Plain};
+use super::boxed::{BoxedBase, BoxedCamera, BoxedClock, BoxedSonar, Mounted, Plain};
 use super::{Base, Camera, SerialLine, Sonar, SonarKind, Turret, Uri};
 use crate::args::DeviceArgs;
+use crate::nav::Devices;
 
-/// What a robot is driven with. All times are on the one clock.
-pub struct Devices {
-    /// The wheels.
-    pub base: BoxedBase,
-    /// The sonar on what turns it. With one bearing alone, the robot has to turn on the spot to look around.
-    pub sonar: BoxedSonar,
-    /// What a map is made with.
+/// A robot that is ready.
+pub struct Opened {
+    /// What it is driven with. Where its sonar has one bearing alone, it has to turn on the spot to look around.
+    pub devices: Devices<BoxedBase, BoxedSonar, BoxedCamera, BoxedClock>,
+    /// The sonar as a map sees it: its mount, its nearest and farthest echo.
     pub sensor: SonarModel,
-    /// The camera, where there is one.
-    pub camera: Option<BoxedCamera>,
-    /// The clock that goes with them.
-    pub clock: Box<dyn Clock + Send>,
     /// The simulated robot, where they are its devices: for its truth, which is for scoring alone.
     pub simulation: Option<Simulation>,
 }
@@ -33,7 +28,7 @@ pub struct Devices {
 ///
 /// # Errors
 /// Where they do not go together, or one cannot be opened; the message names it.
-pub fn open(args: &DeviceArgs) -> anyhow::Result<Devices> {
+pub fn open(args: &DeviceArgs) -> anyhow::Result<Opened> {
     let simulation = simulation(args)?;
     let clock = SystemClock::start();
     // the base last: once it is open, nothing but driving takes time
@@ -45,15 +40,18 @@ pub fn open(args: &DeviceArgs) -> anyhow::Result<Devices> {
     )?;
     let camera = open_camera(&args.camera, simulation.as_ref())?;
     let base = open_base(&args.base, simulation.as_ref(), clock)?;
-    Ok(Devices {
-        base,
-        sonar,
-        sensor: args.sonar.device.sensor(),
-        camera,
-        clock: match &simulation {
-            Some(robot) => Box::new(robot.clock()),
-            None => Box::new(clock),
+    let clock: BoxedClock = match &simulation {
+        Some(robot) => Box::new(robot.clock()),
+        None => Box::new(clock),
+    };
+    Ok(Opened {
+        devices: Devices {
+            base,
+            sonar,
+            camera,
+            clock,
         },
+        sensor: args.sonar.device.sensor(),
         simulation,
     })
 }

@@ -3,9 +3,9 @@
 mod bad_input;
 mod camera;
 mod commands;
-mod nav;
 mod devices;
 mod emulate;
+mod nav;
 mod run;
 mod run_log;
 mod uri;

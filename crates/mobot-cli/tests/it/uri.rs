@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use clap::Parser;
 use mobot_cli::args::DeviceArgs;
-use mobot_cli::uri::{BoxedSonar, Devices, open};
+use mobot_cli::uri::{BoxedSonar, Opened, open};
 use mobot_hw::emulate::{
     ArduinoEmulator, Create2Emulator, Emulation, Emulator, FfEmulator, KobukiEmulator,
     MaestroEmulator, MaxBotixEmulator, Urm37Emulator,
@@ -21,7 +21,7 @@ struct Line {
 }
 
 /// Opens what was typed.
-fn opened<S: Into<String>>(words: impl IntoIterator<Item = S>) -> anyhow::Result<Devices> {
+fn opened<S: Into<String>>(words: impl IntoIterator<Item = S>) -> anyhow::Result<Opened> {
     let words = words.into_iter().map(Into::into);
     let line = Line::try_parse_from(std::iter::once("mobot".to_owned()).chain(words))?;
     open(&line.devices)
@@ -36,7 +36,11 @@ fn why_not<const N: usize>(words: [&str; N]) -> String {
 
 #[test]
 fn simulated_devices_are_of_one_robot() {
-    let mut devices = opened([
+    let Opened {
+        mut devices,
+        sensor,
+        simulation,
+    } = opened([
         "--camera",
         "sim:",
         "--world",
@@ -47,9 +51,9 @@ fn simulated_devices_are_of_one_robot() {
         "sim:?mount=0.1,0,3.141592653589793",
     ])
     .expect("devices");
-    let robot = devices.simulation.clone().expect("a simulated robot");
+    let robot = simulation.expect("a simulated robot");
     assert!((robot.truth().map_from_base.x - 4.0).abs() < 1e-12);
-    assert!((devices.sensor.mount.x - 0.1).abs() < 1e-12);
+    assert!((sensor.mount.x - 0.1).abs() < 1e-12);
     devices
         .base
         .drive(Twist2::new(0.2, 0.0))
@@ -69,7 +73,7 @@ fn simulated_devices_are_of_one_robot() {
 #[test]
 fn the_same_line_gives_the_same_readings() {
     let readings = || {
-        let mut devices = opened(["--seed", "7"]).expect("devices");
+        let mut devices = opened(["--seed", "7"]).expect("devices").devices;
         (0..20)
             .map(|k| devices.sonar.ping(f64::from(k) * 0.1).expect("a reading"))
             .collect::<Vec<_>>()
@@ -79,8 +83,9 @@ fn the_same_line_gives_the_same_readings() {
 
 #[test]
 fn a_robot_without_turret_looks_one_way() {
-    let mut devices =
-        opened(["--turret", "none", "--sonar", "sim:?mount=0,0,0.5"]).expect("devices");
+    let mut devices = opened(["--turret", "none", "--sonar", "sim:?mount=0,0,0.5"])
+        .expect("devices")
+        .devices;
     assert_eq!(devices.sonar.bearings(), Bearings::fixed(0.5));
     devices.sonar.ping(0.5).expect("a reading");
     let error = devices.sonar.ping(0.0).expect_err("it does not turn");
@@ -158,21 +163,26 @@ fn a_maestro_turns_a_maxbotix_by_its_zero_and_sense() {
         ])
         .expect("devices")
     };
-    let mut devices = open("?model=hrlv", "");
+    let Opened {
+        mut devices,
+        sensor,
+        ..
+    } = open("?model=hrlv", "");
     hears(&mut devices.sonar, FRAC_PI_2, 1.0);
     hears(&mut devices.sonar, -FRAC_PI_2, 2.0);
-    assert!((devices.sensor.max_range - 5.0).abs() < 1e-9);
-    assert!((devices.sensor.blanking - 0.3).abs() < 1e-9);
+    assert!((sensor.max_range - 5.0).abs() < 1e-9);
+    assert!((sensor.blanking - 0.3).abs() < 1e-9);
     drop(devices);
     // mounted the other way round it turns to the other side
-    let mut devices = open("?model=hrlv", "?sign=-1");
+    let mut devices = open("?model=hrlv", "?sign=-1").devices;
     hears(&mut devices.sonar, -FRAC_PI_2, 1.0);
     drop(devices);
     // an axle that looks to the left, and whose servo stands at 180 degrees then
     let mut devices = open(
         "?model=hrlv&mount=0,0,1.5707963267948966",
         "?centre_deg=180",
-    );
+    )
+    .devices;
     hears(&mut devices.sonar, FRAC_PI_2, 1.0);
     let reach = devices.sonar.bearings();
     assert!(reach.from < -FRAC_PI_2 + 0.05 && reach.to < PI, "{reach:?}");
@@ -190,7 +200,9 @@ fn a_urm37_turns_itself_unless_told_not_to() {
         let base = at("create2", &emulation, 1, "");
         let sonar = at("urm37", &emulation, 0, "");
         let words = ["--base", &base, "--sonar", &sonar];
-        opened(words.iter().chain(turret).copied()).expect("devices")
+        opened(words.iter().chain(turret).copied())
+            .expect("devices")
+            .devices
     };
     hears(&mut open(&[]).sonar, FRAC_PI_2, 1.0);
     hears(
@@ -215,7 +227,9 @@ fn every_base_drives_by_its_uri() {
     for (device, scheme) in [(1, "create2"), (2, "kobuki"), (3, "arduino")] {
         let base = at(scheme, &emulation, device, "?max_speed=0.1");
         let sonar = at("ff", &emulation, 0, "");
-        let mut devices = opened(["--base", &base, "--sonar", &sonar]).expect("devices");
+        let mut devices = opened(["--base", &base, "--sonar", &sonar])
+            .expect("devices")
+            .devices;
         let before = robot.truth().driven;
         for _ in 0..20 {
             devices
