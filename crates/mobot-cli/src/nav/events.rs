@@ -5,7 +5,7 @@ use std::fmt;
 use mobot_hw::{BaseStatus, CameraFrame, FaultKind, Ping, Twist2};
 use occgrid::{OccupancyGrid, Point2, Pose2};
 
-use super::{PoseEstimate, Sounding};
+use super::{Correction, PoseEstimate, Sounding};
 
 /// A device of the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -163,6 +163,8 @@ pub enum Event {
         clearance: f64,
         /// Why.
         why: &'static str,
+        /// Its centre line, map frame [m].
+        points: Vec<Point2>,
     },
     /// The pose is known again, less well known, or not known.
     Confidence(super::Confidence),
@@ -182,6 +184,7 @@ impl fmt::Display for Event {
                 length,
                 clearance,
                 why,
+                points: _,
             } => write!(
                 f,
                 "route of {length:.2} m, clearance {clearance:.3} m ({why})"
@@ -226,6 +229,8 @@ pub enum Entry<'a> {
     Pose(&'a PoseEstimate),
     /// Dead reckoning alone.
     Odometry(Pose2),
+    /// The pose was corrected, or a correction was refused.
+    Correction(&'a Correction),
     /// What was sent to the base.
     Command(Twist2),
     /// The route to follow.

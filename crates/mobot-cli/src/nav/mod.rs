@@ -7,16 +7,30 @@
 //! answers give the same commands, bit for bit, so a log can be run again.
 
 mod angle;
+mod avoid;
+mod correct;
+mod drive;
+mod echo;
 mod estimate;
 mod events;
+mod follow;
+mod localizer;
 mod observation;
 mod runner;
 mod safety;
+mod sight;
 mod swath;
 
+pub use avoid::{AvoidParams, Surprises, Thing};
+pub use correct::{Correction, Cue};
+pub use drive::{Drive, DriveParams, Goal};
+pub use echo::{WallEcho, wall_echo};
 pub use estimate::{Confidence, FilterParams, PoseEstimate, PoseFilter};
 pub use events::{Device, Entry, Event, NoLog, Outcome, RunLog, StopCause, Trouble};
+pub use follow::{FollowParams, Followed, Follower};
+pub use localizer::{Localizer, LocalizerParams};
 pub use observation::{Action, Behaviour, Motion, Mover, Observation, Sounding};
 pub use runner::{Devices, Runner, RunnerParams};
 pub use safety::{Admitted, Halt, Safety, SafetyInput, SafetyParams};
+pub use sight::{Sight, observations};
 pub use swath::{Swath, SwathMap, swath};

@@ -4,13 +4,15 @@ use mobot_hw::{
     BaseStatus, Camera, CameraFrame, Clock, DeviceError as _, DifferentialDrive, FaultKind,
     RangeFinder, Twist2,
 };
-use occgrid::{FrameError, OccupancyGrid, Pose2, Reading, SonarModel};
+use monocal::FloorPlan;
+use occgrid::{FrameError, OccupancyGrid, OccupancyMap, Pose2, Reading, SonarModel};
 
 use super::safety::travel_bearing;
 use super::swath::swath;
 use super::{
-    Action, Behaviour, Device, Entry, Event, FilterParams, Motion, Observation, Outcome,
-    PoseFilter, RunLog, Safety, SafetyInput, SafetyParams, Sounding, StopCause,
+    Action, Behaviour, Confidence, Device, Entry, Event, FilterParams, Localizer, LocalizerParams,
+    Motion, Mover, Observation, Outcome, PoseFilter, RunLog, Safety, SafetyInput, SafetyParams,
+    Sight, Sounding, StopCause,
 };
 
 /// What a robot is driven with. All times are on the one clock.
@@ -33,6 +35,8 @@ pub struct RunnerParams {
     pub safety: SafetyParams,
     /// How well wheels are known.
     pub filter: FilterParams,
+    /// How the pose is corrected.
+    pub localizer: LocalizerParams,
     /// The sonar as the map sees it.
     pub sonar: SonarModel,
     /// Side of a cell of the map that is made on the way [m].
@@ -48,6 +52,7 @@ impl Default for RunnerParams {
         Self {
             safety: SafetyParams::default(),
             filter: FilterParams::default(),
+            localizer: LocalizerParams::default(),
             sonar: SonarModel {
                 sigma: 0.05,
                 blanking: 0.2,
@@ -66,13 +71,17 @@ pub struct Runner<B, S, C, K> {
     devices: Devices<B, S, C, K>,
     params: RunnerParams,
     safety: Safety,
-    filter: PoseFilter,
+    localizer: Localizer,
+    /// The map that the robot came with.
+    known: Option<OccupancyMap>,
     map: OccupancyGrid,
     /// What echoes alone showed, and sweeps made standing still: what may bear witness to silence.
     witness: OccupancyGrid,
     status: BaseStatus,
     twist: Twist2,
     ahead: Option<Sounding>,
+    movers: Vec<Mover>,
+    confidence: Confidence,
     aim: f64,
     command: Twist2,
     /// The cause of the present stop.
@@ -101,16 +110,20 @@ where
     ) -> Result<Self, FrameError> {
         let track = devices.base.track();
         let now = devices.clock.now();
+        let filter = PoseFilter::new(map_from_base, track, params.filter);
         Ok(Self {
             devices,
             params,
             safety: Safety::new(params.safety),
-            filter: PoseFilter::new(map_from_base, track, params.filter),
+            localizer: Localizer::new(filter, FloorPlan::default(), None, params.localizer),
+            known: None,
             map: OccupancyGrid::new(params.resolution)?,
             witness: OccupancyGrid::new(params.resolution)?,
             status: BaseStatus::default(),
             twist: Twist2::default(),
             ahead: None,
+            movers: Vec::new(),
+            confidence: Confidence::Tracking,
             aim: 0.0,
             command: Twist2::default(),
             standing: None,
@@ -119,6 +132,16 @@ where
             period: 0.0,
             steps: 0,
         })
+    }
+
+    /// In a building of which a map and a plan are known: the map bears witness where the sonar is silent, the
+    /// plan's walls correct the pose, by echoes and, where the camera is calibrated, by what it sees.
+    #[must_use]
+    pub fn knowing(mut self, map: OccupancyMap, plan: FloorPlan, sight: Option<Sight>) -> Self {
+        self.known = Some(map);
+        let filter = self.localizer.filter().clone();
+        self.localizer = Localizer::new(filter, plan, sight, self.params.localizer);
+        self
     }
 
     /// The map made so far.
@@ -130,7 +153,7 @@ where
     /// Where the robot is thought to be.
     #[must_use]
     pub const fn filter(&self) -> &PoseFilter {
-        &self.filter
+        self.localizer.filter()
     }
 
     /// Runs a behaviour until it is done, or until `interrupted`; either way the robot stands at the end.
@@ -153,15 +176,25 @@ where
 
     /// One round; `Some` when the behaviour is done and the robot stands.
     pub fn step(&mut self, behaviour: &mut dyn Behaviour, log: &mut dyn RunLog) -> Option<Outcome> {
-        self.look(log);
-        let sounding = self.listen(log);
+        let frame = self.look(log);
+        let ping = self.listen(log);
         self.feel(log);
-        let sounding = sounding.map(|ping| self.place(ping));
         self.tick(log);
-        self.take(sounding.as_ref(), log);
+        if let Some(frame) = frame {
+            self.see(&frame, log);
+        }
+        let sounding = ping.map(|ping| self.place(ping));
+        if let Some(sounding) = &sounding {
+            self.localizer.hear(sounding, log);
+            self.take(sounding, log);
+        }
+        self.notice_confidence(log);
         let action = self.decide(behaviour, sounding);
         if let Some(event) = &action.say {
             log.record(self.now, Entry::Event(event));
+            if let Event::Planned { points, .. } = event {
+                log.record(self.now, Entry::Route(points));
+            }
         }
         self.act(action, log)
     }
@@ -205,7 +238,11 @@ where
                 log.record(status.stamp, Entry::Status(&status));
                 self.twist = velocity(&self.status, &status, self.devices.base.track());
                 self.status = status;
-                self.filter.predict(&status);
+                self.localizer.roll(&status);
+                log.record(
+                    status.stamp,
+                    Entry::Odometry(self.filter().odom_from_base()),
+                );
             }
             Err(error) => self.failed(Device::Base, error.kind(), log),
         }
@@ -214,8 +251,34 @@ where
     fn place(&self, ping: mobot_hw::Ping) -> Sounding {
         Sounding {
             ping,
-            map_from_base: self.filter.map_from_base_at(ping.stamp),
-            odom_from_base: self.filter.odom_from_base_at(ping.stamp),
+            map_from_base: self.filter().map_from_base_at(ping.stamp),
+            odom_from_base: self.filter().odom_from_base_at(ping.stamp),
+        }
+    }
+
+    /// Takes a frame: the pose is corrected, and what moves is followed.
+    fn see(&mut self, frame: &CameraFrame, log: &mut dyn RunLog) {
+        let stands = self.stands();
+        let newest = self.status.stamp;
+        let movers = match &self.known {
+            Some(map) => self.localizer.see(frame, newest, stands, map, log),
+            None => self.localizer.see(frame, newest, stands, &self.map, log),
+        };
+        if let Some(movers) = movers {
+            self.movers = movers;
+        }
+    }
+
+    fn stands(&self) -> bool {
+        let Twist2 { linear, angular } = self.twist;
+        self.command == Twist2::default() && linear.abs() < 1e-3 && angular.abs() < 1e-2
+    }
+
+    fn notice_confidence(&mut self, log: &mut dyn RunLog) {
+        let confidence = self.localizer.estimate().confidence;
+        if confidence != self.confidence {
+            self.confidence = confidence;
+            log.record(self.now, Entry::Event(&Event::Confidence(confidence)));
         }
     }
 
@@ -230,8 +293,7 @@ where
     }
 
     /// Takes a sounding into safety's memory and into the maps.
-    fn take(&mut self, sounding: Option<&Sounding>, log: &mut dyn RunLog) {
-        let Some(sounding) = sounding else { return };
+    fn take(&mut self, sounding: &Sounding, log: &mut dyn RunLog) {
         log.record(sounding.ping.stamp, Entry::Ping(sounding));
         self.safety.hear(sounding);
         let ping = &sounding.ping;
@@ -244,7 +306,7 @@ where
         let shot = sounding.shot();
         // a map that is full only grows no more
         let _ = self.map.update(&self.params.sonar, &shot);
-        let stood = self.twist.linear.abs() < 1e-3 && self.command == Twist2::default();
+        let stood = self.stands();
         let testimony = match shot.reading {
             Reading::Echo { .. } => Some(shot),
             Reading::NoEcho { listened } if stood => Some(occgrid::Shot {
@@ -263,22 +325,22 @@ where
     fn decide(&mut self, behaviour: &mut dyn Behaviour, sounding: Option<Sounding>) -> Action {
         behaviour.step(&Observation {
             now: self.now,
-            pose: self.filter.estimate(),
-            odom_from_base: self.filter.odom_from_base(),
+            pose: self.localizer.estimate(),
+            odom_from_base: self.filter().odom_from_base(),
             status: self.status,
             twist: self.twist,
             sounding,
             ahead: self.ahead,
             bearings: self.devices.sonar.bearings(),
             map: &self.map,
-            movers: &[],
+            movers: &self.movers,
             halt: self.safety.halt(),
             stopped: self.standing,
         })
     }
 
     fn act(&mut self, action: Action, log: &mut dyn RunLog) -> Option<Outcome> {
-        let estimate = self.filter.estimate();
+        let estimate = self.localizer.estimate();
         log.record(self.now, Entry::Pose(&estimate));
         let (wanted, why) = match action.motion {
             Motion::Drive(wanted) => (wanted, None),
@@ -303,7 +365,7 @@ where
     }
 
     fn safety_input(&self, wanted: Twist2) -> SafetyInput {
-        let estimate = self.filter.estimate();
+        let estimate = self.localizer.estimate();
         let along = travel_bearing(wanted);
         let way = Pose2 {
             theta: estimate.map_from_base.theta + along,
@@ -314,6 +376,9 @@ where
         if wanted.linear != 0.0 {
             let reach = self.params.look_ahead;
             witnessed = swath(&self.witness, way, radius, reach).free;
+            if let Some(map) = &self.known {
+                witnessed = swath(map, way, radius, reach).free.max(witnessed);
+            }
             let clear = swath(&self.map, way, radius, reach).clear;
             if clear < reach {
                 known_clear = clear;
@@ -322,7 +387,7 @@ where
         SafetyInput {
             now: self.now,
             status: self.status,
-            odom_from_base: self.filter.odom_from_base(),
+            odom_from_base: self.filter().odom_from_base(),
             confidence: estimate.confidence,
             period: self.period,
             witnessed,

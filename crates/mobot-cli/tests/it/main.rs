@@ -6,6 +6,8 @@ mod commands;
 mod devices;
 mod emulate;
 mod nav;
+mod nav_drive;
+mod nav_worlds;
 mod run;
 mod run_log;
 mod uri;

@@ -1,0 +1,283 @@
+//! Localization while driving: wheels predict, frames and echoes correct, and contradictions are counted.
+//!
+//! What is sensed can contradict the pose: a frame that shows walls where none can be, an echo from behind a
+//! wall. A few of those in a row and the pose is called lost; the robot then stands until two frames in a row
+//! say the same place, near where it was lost.
+
+use mobot_hw::{BaseStatus, CameraFrame};
+use monocal::{FixStatus, FloorPlan, PoseFix, Prior};
+use occgrid::{Pose2, Reading};
+
+use super::angle::wrap;
+use super::echo::wall_echo;
+use super::sight::Sight;
+use super::swath::SwathMap;
+use super::{Entry, Mover, PoseEstimate, PoseFilter, RunLog, Sounding};
+
+/// How the pose is corrected.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LocalizerParams {
+    /// Pose of the sonar's axle in the base frame.
+    pub base_from_sonar: Pose2,
+    /// How far echoes of walls are trusted [m]; 0 for never.
+    pub echo_reach: f64,
+    /// One sigma of a range and of a wall of the plan together [m], above 0.
+    pub echo_sigma: f64,
+    /// Frames older than this when they can be used are left [s].
+    pub frame_age: f64,
+    /// So many contradictions in a row, and the pose is lost.
+    pub contradictions: u32,
+    /// A lost pose is looked for around where it was lost, one sigma [m].
+    pub lost_sigma: f64,
+    /// One sigma of its heading [rad].
+    pub lost_heading_sigma: f64,
+}
+
+impl Default for LocalizerParams {
+    fn default() -> Self {
+        Self {
+            base_from_sonar: Pose2::new(0.0, 0.0, 0.0),
+            echo_reach: 4.5,
+            echo_sigma: 0.02,
+            frame_age: 0.2,
+            contradictions: 4,
+            lost_sigma: 0.45,
+            lost_heading_sigma: 10.0_f64.to_radians(),
+        }
+    }
+}
+
+/// Share that each frame or echo has in the record of what fitted.
+const FORGET: f64 = 0.1;
+/// From this share on, what does not fit is a contradiction.
+const FITTED: f64 = 0.5;
+
+/// How much is new in a measurement: frames and echoes from the same place err alike, by what the plan and
+/// the calibration have wrong there.
+#[derive(Debug, Clone, Copy)]
+struct News {
+    last: Option<Pose2>,
+}
+
+/// What is wrong in one place is another matter after this way [m] and after this turn [rad].
+const APART: [f64; 2] = [0.5, 0.35];
+
+impl News {
+    /// The share of a measurement's information that is not in those before.
+    fn weight(&mut self, odom_from_base: Pose2) -> f64 {
+        let moved = self.last.map_or(1.0, |last| {
+            last.position().distance(odom_from_base.position()) / APART[0]
+                + (last.theta - odom_from_base.theta).abs() / APART[1]
+        });
+        self.last = Some(odom_from_base);
+        moved.clamp(0.02, 1.0)
+    }
+}
+
+/// Knows where the robot is, as far as that can be known.
+#[derive(Debug)]
+pub struct Localizer {
+    params: LocalizerParams,
+    filter: PoseFilter,
+    sight: Option<Sight>,
+    plan: FloorPlan,
+    /// In a row, of frames and of echoes.
+    contradicted: [u32; 2],
+    /// Share of what fitted, lately.
+    record: [f64; 2],
+    /// Since the last correction of each.
+    news: [News; 2],
+    /// The last frame's place while the pose is lost.
+    candidate: Option<Pose2>,
+    last_bytes: Vec<u8>,
+}
+
+impl Localizer {
+    /// Dead reckoning, corrected by echoes of the plan's walls, and by frames where there is a camera.
+    #[must_use]
+    pub const fn new(
+        filter: PoseFilter,
+        plan: FloorPlan,
+        sight: Option<Sight>,
+        params: LocalizerParams,
+    ) -> Self {
+        Self {
+            params,
+            filter,
+            sight,
+            plan,
+            contradicted: [0; 2],
+            record: [0.0; 2],
+            news: [News { last: None }; 2],
+            candidate: None,
+            last_bytes: Vec::new(),
+        }
+    }
+
+    /// The filter.
+    #[must_use]
+    pub const fn filter(&self) -> &PoseFilter {
+        &self.filter
+    }
+
+    /// Where the robot is thought to be.
+    #[must_use]
+    pub fn estimate(&self) -> PoseEstimate {
+        self.filter.estimate()
+    }
+
+    /// Takes the base's word.
+    pub fn roll(&mut self, status: &BaseStatus) {
+        self.filter.predict(status);
+    }
+
+    /// Takes a firing of the sonar.
+    pub fn hear(&mut self, sounding: &Sounding, log: &mut dyn RunLog) {
+        let ping = &sounding.ping;
+        let Reading::Echo { range } = ping.reading else {
+            return;
+        };
+        if !ping.settled || self.plan.walls.is_empty() || self.filter.is_lost() {
+            return;
+        }
+        let estimate = self.filter.estimate();
+        // with a heading worse than this, walls are taken for others
+        if estimate.heading_sigma() > 0.1 || estimate.position_sigma() > 0.25 {
+            return;
+        }
+        let then = self.filter.map_from_base_at(ping.stamp);
+        let p = &self.params;
+        let echo = wall_echo(
+            &self.plan.walls,
+            then,
+            p.base_from_sonar,
+            ping.bearing,
+            p.echo_reach,
+        );
+        let Some(echo) = echo else { return };
+        let sigma = (self.filter.range_sigma(echo.gradient)).hypot(p.echo_sigma);
+        let off = range - echo.range;
+        if off < -3.0 * sigma {
+            // something stands before the wall
+            return;
+        }
+        let correction = self
+            .filter
+            .correct_range(range, echo.range, echo.gradient, p.echo_sigma);
+        log.record(ping.stamp, Entry::Correction(&correction));
+        self.judge(1, correction.accepted);
+    }
+
+    /// Takes a frame; `newest` is the time of the base's last word [s]. Gives what moves.
+    pub fn see(
+        &mut self,
+        frame: &CameraFrame,
+        newest: f64,
+        standing: bool,
+        map: &impl SwathMap,
+        log: &mut dyn RunLog,
+    ) -> Option<Vec<Mover>> {
+        let sight = self.sight.as_mut()?;
+        let fresh = newest - frame.stamp <= self.params.frame_age && frame.stamp <= newest + 1e-9;
+        if !fresh || !sight.accepts(frame) || self.is_frozen(frame) {
+            return None;
+        }
+        let prior = if self.filter.is_lost() {
+            self.wide_prior(frame.stamp)
+        } else {
+            self.filter.prior_at(frame.stamp)
+        };
+        let sight = self.sight.as_mut()?;
+        let fix = sight.fix(frame, &prior);
+        let odom = self.filter.odom_from_base_at(frame.stamp);
+        if self.filter.is_lost() {
+            self.find_again(frame.stamp, &fix, standing);
+        } else {
+            self.take(frame.stamp, &fix, log);
+        }
+        let map_from_odom = self
+            .filter
+            .map_from_base_at(frame.stamp)
+            .compose(odom.inverse());
+        let sight = self.sight.as_mut()?;
+        Some(sight.follow(frame, odom, map_from_odom, map))
+    }
+
+    fn take(&mut self, stamp: f64, fix: &PoseFix, log: &mut dyn RunLog) {
+        match fix.status {
+            FixStatus::Lost => self.judge(0, false),
+            FixStatus::NoMatch => {}
+            _ => {
+                let weight = self.news[0].weight(self.filter.odom_from_base_at(stamp));
+                let correction = self.filter.correct(stamp, fix, weight);
+                if correction.freedom > 0 {
+                    log.record(stamp, Entry::Correction(&correction));
+                    self.judge(0, correction.accepted);
+                }
+            }
+        }
+    }
+
+    /// Counts contradictions. They say something only where what came before did fit: a floor full of lines
+    /// that are in no plan contradicts any pose.
+    fn judge(&mut self, kind: usize, fits: bool) {
+        let record = &mut self.record[kind];
+        let before = *record;
+        *record += (f64::from(u8::from(fits)) - *record) * FORGET;
+        if fits {
+            self.contradicted[kind] = 0;
+            if kind == 0 {
+                self.contradicted[1] = 0;
+            }
+            return;
+        }
+        if self.contradicted[kind] == 0 && before < FITTED {
+            return;
+        }
+        self.contradicted[kind] += 1;
+        if self.contradicted[kind] >= self.params.contradictions {
+            self.filter.set_lost(true);
+            self.candidate = None;
+        }
+    }
+
+    fn wide_prior(&self, stamp: f64) -> Prior {
+        let mut prior = self.filter.prior_at(stamp);
+        let p = &self.params;
+        let variances = [p.lost_sigma, p.lost_sigma, p.lost_heading_sigma].map(|s| s * s);
+        prior.covariance = [[0.0; 3]; 3];
+        for (k, variance) in variances.into_iter().enumerate() {
+            prior.covariance[k][k] = variance;
+        }
+        prior
+    }
+
+    /// Two frames in a row that alone say the same place find the pose again.
+    fn find_again(&mut self, stamp: f64, fix: &PoseFix, standing: bool) {
+        if fix.status != FixStatus::Ok || !standing {
+            self.candidate = None;
+            return;
+        }
+        let same = self.candidate.is_some_and(|before| {
+            before.position().distance(fix.pose.position()) < 0.05
+                && wrap(before.theta - fix.pose.theta).abs() < 0.03
+        });
+        self.candidate = Some(fix.pose);
+        if same {
+            self.filter.place(stamp, fix.pose, fix.covariance);
+            self.filter.set_lost(false);
+            self.contradicted = [0; 2];
+            self.candidate = None;
+        }
+    }
+
+    /// Whether a camera sends the same picture again; noise alone makes two of one scene differ.
+    fn is_frozen(&mut self, frame: &CameraFrame) -> bool {
+        let bytes = frame.image.as_raw();
+        let same = *bytes == self.last_bytes;
+        if !same {
+            self.last_bytes.clone_from(bytes);
+        }
+        same
+    }
+}
