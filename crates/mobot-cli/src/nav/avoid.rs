@@ -168,6 +168,19 @@ impl Surprises {
         OccupancyMap::new(frame, values, map.free_at_most(), map.occupied_at_least())
     }
 
+    /// How far a disc of `radius` at `from` can go along its heading before it touches a thing [m].
+    #[must_use]
+    pub fn clear(&self, from: Pose2, radius: f64) -> f64 {
+        let touch = radius + self.params.size;
+        let to = from.inverse();
+        let ahead = self.things().filter_map(|thing| {
+            let local = to.transform_from(thing.place);
+            let chord = touch * touch - local.y * local.y;
+            (chord > 0.0 && local.x > 0.0).then(|| (local.x - chord.sqrt()).max(0.0))
+        });
+        ahead.fold(f64::INFINITY, f64::min)
+    }
+
     /// Whether a thing stands within `radius` of one of these places.
     #[must_use]
     pub fn block(&self, places: &[Point2], radius: f64) -> bool {
@@ -267,6 +280,10 @@ mod tests {
         }
         let places: Vec<_> = surprises.things().map(|t| t.place).collect();
         assert_eq!(places, [Point2::new(2.5, 2.0)]);
+        let from = Pose2::new(1.0, 2.0, 0.0);
+        assert!((surprises.clear(from, 0.2) - 1.1).abs() < 1e-9);
+        let back = Pose2::new(1.0, 2.0, 3.0);
+        assert!(surprises.clear(back, 0.2).is_infinite());
         assert!(surprises.block(&[Point2::new(2.2, 2.1)], 0.2));
         assert!(!surprises.block(&[Point2::new(1.2, 2.1)], 0.2));
         let with = surprises.on(&map, Point2::new(1.0, 2.0), 0.2);

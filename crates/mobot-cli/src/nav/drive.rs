@@ -79,7 +79,6 @@ pub struct Drive {
     /// Without surprises, one for each distance to keep, made when needed.
     planners: Vec<Option<Planner>>,
     field: ClearanceField,
-    surprises: Surprises,
     follower: Option<Follower>,
     began: Option<f64>,
     planned: f64,
@@ -107,7 +106,6 @@ impl Drive {
     pub fn new(map: OccupancyMap, goal: Goal, params: DriveParams) -> Self {
         let field = ClearanceField::new(&FreeSpace::from_map(&map));
         Self {
-            surprises: Surprises::new(params.avoid),
             planners: params.keep.iter().map(|_| None).collect(),
             params,
             map,
@@ -125,16 +123,10 @@ impl Drive {
         }
     }
 
-    /// What stands in the way that is not on the map.
-    #[must_use]
-    pub const fn surprises(&self) -> &Surprises {
-        &self.surprises
-    }
-
     /// A route from a place, around what was found on the way.
-    fn route(&mut self, from: Point2) -> Result<Route, Plan> {
-        let surprised = self.surprises.things().next().is_some();
-        let changed = surprised.then(|| self.surprises.on(&self.map, from, self.params.radius));
+    fn route(&mut self, from: Point2, surprises: &Surprises) -> Result<Route, Plan> {
+        let surprised = surprises.things().next().is_some();
+        let changed = surprised.then(|| surprises.on(&self.map, from, self.params.radius));
         let mut answer = None;
         for (index, keep) in self.params.keep.iter().enumerate() {
             let plan = match &changed {
@@ -156,7 +148,7 @@ impl Drive {
 
     fn plan(&mut self, seen: &Observation<'_>, why: &'static str) -> Result<Event, Plan> {
         self.planned = seen.now;
-        let route = self.route(seen.pose.map_from_base.position())?;
+        let route = self.route(seen.pose.map_from_base.position(), seen.surprises)?;
         let event = Event::Planned {
             length: route.length,
             clearance: route.clearance,
@@ -213,7 +205,7 @@ impl Drive {
     }
 
     /// Whether something new stands on the next piece of the route.
-    fn way_is_taken(&self) -> bool {
+    fn way_is_taken(&self, surprises: &Surprises) -> bool {
         let Some(follower) = &self.follower else {
             return false;
         };
@@ -221,7 +213,7 @@ impl Drive {
         let places: Vec<Point2> = (0..=steps)
             .map(|k| follower.at(follower.progress() + 0.1 * f64::from(k)))
             .collect();
-        self.surprises.block(&places, self.params.radius + 0.02)
+        surprises.block(&places, self.params.radius + 0.02)
     }
 
     fn arrive(&mut self, seen: &Observation<'_>) -> Action {
@@ -268,7 +260,7 @@ impl Drive {
             seen.stopped,
             Some(StopCause::Obstacle { .. } | StopCause::Silence)
         );
-        let taken = self.way_is_taken();
+        let taken = self.way_is_taken(seen.surprises);
         if !obstacle && !taken {
             self.blocked = None;
             return None;
@@ -324,11 +316,6 @@ impl Behaviour for Drive {
         let began = *self.began.get_or_insert(seen.now);
         if seen.now - began > self.params.budget {
             return Action::done(Outcome::BudgetOver);
-        }
-        if let Some(sounding) = &seen.sounding
-            && seen.pose.confidence == Confidence::Tracking
-        {
-            self.surprises.hear(sounding, &self.map);
         }
         if let Some(halt) = seen.halt {
             if halt.cause.needs_a_person() {

@@ -25,8 +25,11 @@ pub struct LocalizerParams {
     pub echo_sigma: f64,
     /// Frames older than this when they can be used are left [s].
     pub frame_age: f64,
-    /// So many contradictions in a row, and the pose is lost.
+    /// So many contradictions in a row at least before the pose is lost.
     pub contradictions: u32,
+    /// And over this way [m]. Raised: fewer false alarms where the floor is full of lines; a robot that was
+    /// carried off drives on as far.
+    pub contradicted_way: f64,
     /// A lost pose is looked for around where it was lost, one sigma [m].
     pub lost_sigma: f64,
     /// One sigma of its heading [rad].
@@ -41,6 +44,7 @@ impl Default for LocalizerParams {
             echo_sigma: 0.02,
             frame_age: 0.2,
             contradictions: 4,
+            contradicted_way: 0.6,
             lost_sigma: 0.45,
             lost_heading_sigma: 10.0_f64.to_radians(),
         }
@@ -52,6 +56,19 @@ const FORGET: f64 = 0.1;
 /// From this share on, what does not fit is a contradiction.
 const FITTED: f64 = 0.5;
 
+/// Contradictions in a row.
+#[derive(Debug, Clone, Copy, Default)]
+struct Streak {
+    count: u32,
+    /// Way over which they came, and what counts like way [m].
+    way: f64,
+    at: Option<Pose2>,
+}
+
+/// What each kind of contradiction counts beside the way [m]: a frame whose fix was refused, an echo from
+/// behind a wall. A frame that merely fits nothing counts no more than the way.
+const REFUSED: [f64; 2] = [0.15, 0.05];
+
 /// How much is new in a measurement: frames and echoes from the same place err alike, by what the plan and
 /// the calibration have wrong there.
 #[derive(Debug, Clone, Copy)]
@@ -60,7 +77,10 @@ struct News {
 }
 
 /// What is wrong in one place is another matter after this way [m] and after this turn [rad].
-const APART: [f64; 2] = [0.5, 0.35];
+const APART: [f64; 2] = [0.8, 0.6];
+
+/// Less news than this is waited with.
+const LEAST_NEWS: f64 = 0.02;
 
 impl News {
     /// The share of a measurement's information that is not in those before.
@@ -69,8 +89,10 @@ impl News {
             last.position().distance(odom_from_base.position()) / APART[0]
                 + (last.theta - odom_from_base.theta).abs() / APART[1]
         });
-        self.last = Some(odom_from_base);
-        moved.clamp(0.02, 1.0)
+        if moved >= LEAST_NEWS {
+            self.last = Some(odom_from_base);
+        }
+        moved.min(1.0)
     }
 }
 
@@ -82,20 +104,22 @@ pub struct Localizer {
     sight: Option<Sight>,
     plan: FloorPlan,
     /// In a row, of frames and of echoes.
-    contradicted: [u32; 2],
+    contradicted: [Streak; 2],
     /// Share of what fitted, lately.
     record: [f64; 2],
     /// Since the last correction of each.
     news: [News; 2],
     /// The last frame's place while the pose is lost.
     candidate: Option<Pose2>,
+    /// Frames in a row that fit where the lost pose was thought to be.
+    agreed: u32,
     last_bytes: Vec<u8>,
 }
 
 impl Localizer {
     /// Dead reckoning, corrected by echoes of the plan's walls, and by frames where there is a camera.
     #[must_use]
-    pub const fn new(
+    pub fn new(
         filter: PoseFilter,
         plan: FloorPlan,
         sight: Option<Sight>,
@@ -106,10 +130,11 @@ impl Localizer {
             filter,
             sight,
             plan,
-            contradicted: [0; 2],
+            contradicted: [Streak::default(); 2],
             record: [0.0; 2],
             news: [News { last: None }; 2],
             candidate: None,
+            agreed: 0,
             last_bytes: Vec::new(),
         }
     }
@@ -165,7 +190,7 @@ impl Localizer {
             .filter
             .correct_range(range, echo.range, echo.gradient, p.echo_sigma);
         log.record(ping.stamp, Entry::Correction(&correction));
-        self.judge(1, correction.accepted);
+        self.judge(1, correction.accepted, REFUSED[1]);
     }
 
     /// Takes a frame; `newest` is the time of the base's last word [s]. Gives what moves.
@@ -182,16 +207,14 @@ impl Localizer {
         if !fresh || !sight.accepts(frame) || self.is_frozen(frame) {
             return None;
         }
-        let prior = if self.filter.is_lost() {
-            self.wide_prior(frame.stamp)
-        } else {
-            self.filter.prior_at(frame.stamp)
-        };
+        let prior = self.filter.prior_at(frame.stamp);
+        let wide = self.filter.is_lost().then(|| self.wide_prior(frame.stamp));
         let sight = self.sight.as_mut()?;
         let fix = sight.fix(frame, &prior);
         let odom = self.filter.odom_from_base_at(frame.stamp);
-        if self.filter.is_lost() {
-            self.find_again(frame.stamp, &fix, standing);
+        if let Some(wide) = wide {
+            let wide = sight.fix_again(&wide);
+            self.find_again(frame.stamp, &wide, &fix, standing);
         } else {
             self.take(frame.stamp, &fix, log);
         }
@@ -205,14 +228,17 @@ impl Localizer {
 
     fn take(&mut self, stamp: f64, fix: &PoseFix, log: &mut dyn RunLog) {
         match fix.status {
-            FixStatus::Lost => self.judge(0, false),
+            FixStatus::Lost => self.judge(0, false, 0.0),
             FixStatus::NoMatch => {}
             _ => {
                 let weight = self.news[0].weight(self.filter.odom_from_base_at(stamp));
+                if weight < LEAST_NEWS {
+                    return;
+                }
                 let correction = self.filter.correct(stamp, fix, weight);
                 if correction.freedom > 0 {
                     log.record(stamp, Entry::Correction(&correction));
-                    self.judge(0, correction.accepted);
+                    self.judge(0, correction.accepted, REFUSED[0]);
                 }
             }
         }
@@ -220,23 +246,29 @@ impl Localizer {
 
     /// Counts contradictions. They say something only where what came before did fit: a floor full of lines
     /// that are in no plan contradicts any pose.
-    fn judge(&mut self, kind: usize, fits: bool) {
+    fn judge(&mut self, kind: usize, fits: bool, counts: f64) {
         let record = &mut self.record[kind];
         let before = *record;
         *record += (f64::from(u8::from(fits)) - *record) * FORGET;
         if fits {
-            self.contradicted[kind] = 0;
+            self.contradicted[kind] = Streak::default();
             if kind == 0 {
-                self.contradicted[1] = 0;
+                self.contradicted[1] = Streak::default();
             }
             return;
         }
-        if self.contradicted[kind] == 0 && before < FITTED {
+        let streak = &mut self.contradicted[kind];
+        if streak.count == 0 && before < FITTED {
             return;
         }
-        self.contradicted[kind] += 1;
-        if self.contradicted[kind] >= self.params.contradictions {
+        let here = self.filter.odom_from_base();
+        let moved = streak.at.replace(here);
+        streak.way += counts + moved.map_or(0.0, |at| at.position().distance(here.position()));
+        streak.count += 1;
+        let p = &self.params;
+        if streak.count >= p.contradictions && streak.way >= p.contradicted_way {
             self.filter.set_lost(true);
+            self.agreed = 0;
             self.candidate = None;
         }
     }
@@ -252,23 +284,44 @@ impl Localizer {
         prior
     }
 
-    /// Two frames in a row that alone say the same place find the pose again.
-    fn find_again(&mut self, stamp: f64, fix: &PoseFix, standing: bool) {
-        if fix.status != FixStatus::Ok || !standing {
+    /// Two frames in a row that alone say the same place find the pose again; three in a row that fit where
+    /// it was thought to be take back that it was lost.
+    fn find_again(&mut self, stamp: f64, wide: &PoseFix, near: &PoseFix, standing: bool) {
+        if !standing {
+            self.candidate = None;
+            self.agreed = 0;
+            return;
+        }
+        let fits = matches!(near.status, FixStatus::Ok | FixStatus::Partial);
+        self.agreed = if fits { self.agreed + 1 } else { 0 };
+        if self.agreed >= 3 {
+            let odom = self.filter.odom_from_base_at(stamp);
+            self.news[0].last = Some(odom);
+            if self.filter.correct(stamp, near, 1.0).accepted {
+                self.found();
+                return;
+            }
+        }
+        if wide.status != FixStatus::Ok {
             self.candidate = None;
             return;
         }
         let same = self.candidate.is_some_and(|before| {
-            before.position().distance(fix.pose.position()) < 0.05
-                && wrap(before.theta - fix.pose.theta).abs() < 0.03
+            before.position().distance(wide.pose.position()) < 0.05
+                && wrap(before.theta - wide.pose.theta).abs() < 0.03
         });
-        self.candidate = Some(fix.pose);
+        self.candidate = Some(wide.pose);
         if same {
-            self.filter.place(stamp, fix.pose, fix.covariance);
-            self.filter.set_lost(false);
-            self.contradicted = [0; 2];
-            self.candidate = None;
+            self.filter.place(stamp, wide.pose, wide.covariance);
+            self.found();
         }
+    }
+
+    fn found(&mut self) {
+        self.filter.set_lost(false);
+        self.contradicted = [Streak::default(); 2];
+        self.candidate = None;
+        self.agreed = 0;
     }
 
     /// Whether a camera sends the same picture again; noise alone makes two of one scene differ.

@@ -3,7 +3,7 @@
 use mobot_hw::{BaseStatus, Bearings, Ping, Twist2};
 use occgrid::{OccupancyGrid, Point2, Pose2, Shot};
 
-use super::{Event, Halt, Outcome, PoseEstimate};
+use super::{Event, Halt, Outcome, PoseEstimate, Surprises};
 
 /// A firing of the sonar and where the robot was then.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,6 +63,8 @@ pub struct Observation<'a> {
     pub map: &'a OccupancyGrid,
     /// What moves on the floor in the newest frame.
     pub movers: &'a [Mover],
+    /// What stands there that is not on the map that the robot came with.
+    pub surprises: &'a Surprises,
     /// The latched stop, if there is one: it ends with [`Motion::Resume`].
     pub halt: Option<Halt>,
     /// What safety made of the wish of the step before: `Some` where it stopped the robot.

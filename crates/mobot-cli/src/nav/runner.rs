@@ -10,9 +10,9 @@ use occgrid::{FrameError, OccupancyGrid, OccupancyMap, Pose2, Reading, SonarMode
 use super::safety::travel_bearing;
 use super::swath::swath;
 use super::{
-    Action, Behaviour, Confidence, Device, Entry, Event, FilterParams, Localizer, LocalizerParams,
-    Motion, Mover, Observation, Outcome, PoseFilter, RunLog, Safety, SafetyInput, SafetyParams,
-    Sight, Sounding, StopCause,
+    Action, AvoidParams, Behaviour, Confidence, Device, Entry, Event, FilterParams, Localizer,
+    LocalizerParams, Motion, Mover, Observation, Outcome, PoseFilter, RunLog, Safety, SafetyInput,
+    SafetyParams, Sight, Sounding, StopCause, Surprises,
 };
 
 /// What a robot is driven with. All times are on the one clock.
@@ -37,6 +37,8 @@ pub struct RunnerParams {
     pub filter: FilterParams,
     /// How the pose is corrected.
     pub localizer: LocalizerParams,
+    /// What is not on the map.
+    pub avoid: AvoidParams,
     /// The sonar as the map sees it.
     pub sonar: SonarModel,
     /// Side of a cell of the map that is made on the way [m].
@@ -53,6 +55,7 @@ impl Default for RunnerParams {
             safety: SafetyParams::default(),
             filter: FilterParams::default(),
             localizer: LocalizerParams::default(),
+            avoid: AvoidParams::default(),
             sonar: SonarModel {
                 sigma: 0.05,
                 blanking: 0.2,
@@ -74,6 +77,8 @@ pub struct Runner<B, S, C, K> {
     localizer: Localizer,
     /// The map that the robot came with.
     known: Option<OccupancyMap>,
+    /// What stands there that is not on it.
+    surprises: Surprises,
     map: OccupancyGrid,
     /// What echoes alone showed, and sweeps made standing still: what may bear witness to silence.
     witness: OccupancyGrid,
@@ -117,6 +122,7 @@ where
             safety: Safety::new(params.safety),
             localizer: Localizer::new(filter, FloorPlan::default(), None, params.localizer),
             known: None,
+            surprises: Surprises::new(params.avoid),
             map: OccupancyGrid::new(params.resolution)?,
             witness: OccupancyGrid::new(params.resolution)?,
             status: BaseStatus::default(),
@@ -303,6 +309,10 @@ where
         if ping.bearing.abs() <= self.params.safety.cone {
             self.ahead = Some(*sounding);
         }
+        let tracking = self.confidence == Confidence::Tracking;
+        if let Some(map) = self.known.as_ref().filter(|_| tracking) {
+            self.surprises.hear(sounding, map);
+        }
         let shot = sounding.shot();
         // a map that is full only grows no more
         let _ = self.map.update(&self.params.sonar, &shot);
@@ -334,6 +344,7 @@ where
             bearings: self.devices.sonar.bearings(),
             map: &self.map,
             movers: &self.movers,
+            surprises: &self.surprises,
             halt: self.safety.halt(),
             stopped: self.standing,
         })
@@ -379,7 +390,14 @@ where
             if let Some(map) = &self.known {
                 witnessed = swath(map, way, radius, reach).free.max(witnessed);
             }
-            let clear = swath(&self.map, way, radius, reach).clear;
+            // beside the beam, near the body, nothing new is heard: what was heard there before counts
+            let clear = match &self.known {
+                Some(map) => {
+                    let walls = swath(map, way, radius, reach).clear;
+                    walls.min(self.surprises.clear(way, radius))
+                }
+                None => swath(&self.map, way, radius, reach).clear,
+            };
             if clear < reach {
                 known_clear = clear;
             }

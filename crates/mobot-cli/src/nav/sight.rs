@@ -30,6 +30,7 @@ pub struct Sight {
     params: LocateParams,
     detector: Detector,
     features: FloorFeatures,
+    seen: Observations,
     tracker: ObstacleTracker,
     /// Of the newest frame that was looked at.
     sequence: Option<u64>,
@@ -59,6 +60,7 @@ impl Sight {
                 ..DetectorParams::default()
             }),
             features: FloorFeatures::default(),
+            seen: Observations::default(),
             tracker: ObstacleTracker::new(view, ObstacleParams::default()),
             sequence: None,
         })
@@ -91,8 +93,14 @@ impl Sight {
             &FloorParams::default(),
             &mut self.features,
         );
-        let seen = observations(segments, &self.features);
-        locate(&seen, &self.plan, &self.camera, prior, &self.params)
+        self.seen = observations(segments, &self.features);
+        self.fix_again(prior)
+    }
+
+    /// The same for the last frame and another prior.
+    #[must_use]
+    pub fn fix_again(&self, prior: &Prior) -> PoseFix {
+        locate(&self.seen, &self.plan, &self.camera, prior, &self.params)
     }
 
     /// Follows what moves, from a frame taken at `odom_from_base`, where the estimate puts the origin of

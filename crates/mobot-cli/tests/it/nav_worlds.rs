@@ -280,7 +280,7 @@ pub(crate) fn runner(
     let eye = camera.then(|| calibrated(&params.camera, rng));
     let sight = eye.map(|eye| {
         let params = LocateParams {
-            plan_sigma: 0.003,
+            plan_sigma: 0.01,
             ..LocateParams::default()
         };
         Sight::new(eye, site.plan.clone(), params).expect("a mounting")
