@@ -12,6 +12,7 @@
 mod change;
 mod fan;
 mod feet;
+mod memory;
 mod shift;
 mod track;
 
@@ -19,9 +20,10 @@ use std::collections::VecDeque;
 
 use image::GrayImage;
 
-use self::change::{Memory, change};
+use self::change::Change;
 use self::fan::Fan;
-use self::feet::regions;
+use self::feet::Feet;
+use self::memory::{Memory, Scratch};
 pub use self::track::Track;
 use self::track::Tracks;
 use crate::floor_view::{FloorView, product, times};
@@ -97,7 +99,14 @@ pub struct MovedRegion {
     pub camera: [f64; 2],
 }
 
-/// Finds and follows what moves on the floor. Buffers are reused from frame to frame.
+/// A frame is kept if this share of the gap has passed since the last one that was.
+const LEAST_APART: f64 = 1.0 / 16.0;
+
+/// So many frames are kept at most, and the one that is taken.
+const MOST_FRAMES: usize = 18;
+
+/// Finds and follows what moves on the floor. Nothing is allocated after the first frames of a size: as many
+/// as the gap holds, and one.
 #[derive(Debug)]
 pub struct ObstacleTracker {
     view: FloorView,
@@ -107,9 +116,9 @@ pub struct ObstacleTracker {
     recent: VecDeque<(Moment, Memory)>,
     /// Memory of frames that grew too old.
     spare: Vec<Memory>,
-    /// Pixels that differ, and those of them that are no specks.
-    differing: Vec<bool>,
-    changed: Vec<bool>,
+    scratch: Scratch,
+    change: Change,
+    feet: Feet,
     regions: Vec<MovedRegion>,
     tracks: Tracks,
 }
@@ -129,12 +138,13 @@ impl ObstacleTracker {
             view,
             params,
             fan: Fan::default(),
-            recent: VecDeque::new(),
-            spare: Vec::new(),
-            differing: Vec::new(),
-            changed: Vec::new(),
+            recent: VecDeque::with_capacity(MOST_FRAMES),
+            spare: Vec::with_capacity(MOST_FRAMES),
+            scratch: Scratch::default(),
+            change: Change::default(),
+            feet: Feet::default(),
             regions: Vec::new(),
-            tracks: Tracks::default(),
+            tracks: Tracks::new(),
         }
     }
 
@@ -164,7 +174,7 @@ impl ObstacleTracker {
                 .extend(self.recent.pop_front().map(|(_, memory)| memory));
         }
         let mut current = self.spare.pop().unwrap_or_default();
-        current.take(frame);
+        current.take(frame, &mut self.scratch);
         self.regions.clear();
         if let Some((then, previous)) = self.recent.front()
             && current.size() == previous.size()
@@ -173,29 +183,26 @@ impl ObstacleTracker {
             if self.fan.size != current.size() {
                 self.fan = Fan::new(&self.view, current.size(), self.params.max_range);
             }
-            let params = &self.params;
-            change(
-                &current,
-                previous,
-                &warp,
+            let changed = self
+                .change
+                .find(&current, previous, &warp, &self.fan, &self.params);
+            self.feet.regions(
+                changed,
                 &self.fan,
-                params,
-                &mut self.differing,
-                &mut self.changed,
-            );
-            let foot = self.view.camera_foot();
-            regions(
-                &self.changed,
-                &self.fan,
-                foot,
-                params,
+                self.view.camera_foot(),
+                &self.params,
                 [*then, now],
                 &mut self.regions,
             );
             self.regions
                 .retain(|region| floor(region.position) != FloorState::Solid);
         }
-        self.recent.push_back((now, current));
+        let apart = |(last, _): &(Moment, _)| time - last.time >= LEAST_APART * self.params.gap;
+        if self.recent.back().is_none_or(apart) {
+            self.recent.push_back((now, current));
+        } else {
+            self.spare.push(current);
+        }
         self.tracks.update(&self.regions, time, &self.params, floor);
     }
 

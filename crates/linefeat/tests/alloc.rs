@@ -1,9 +1,13 @@
 //! Frames no richer than those before allocate nothing. A binary of its own: its allocator counts.
 
 use std::alloc::System;
+use std::sync::Mutex;
 
 use image::{GrayImage, Luma};
-use linefeat::{Detector, DetectorParams, Hough, HoughParams, Voting};
+use linefeat::{
+    Detector, DetectorParams, FloorState, FloorView, Hough, HoughParams, ObstacleParams,
+    ObstacleTracker, Voting,
+};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 
 #[global_allocator]
@@ -21,8 +25,12 @@ fn frame(number: u32) -> GrayImage {
     })
 }
 
+/// The tests take turns: all threads' allocations are counted.
+static TURN: Mutex<()> = Mutex::new(());
+
 #[test]
 fn known_frames_allocate_nothing() {
+    let _turn = TURN.lock();
     let mut detector = Detector::new(DetectorParams::default());
     let mut hough = Hough::new();
     let mut lines = Vec::new();
@@ -48,4 +56,51 @@ fn known_frames_allocate_nothing() {
     let change = region.change();
     assert!(found > 100 && found == first, "{found}, {first}");
     assert_eq!(change.allocations + change.reallocations, 0, "{change:?}");
+}
+
+/// A box that crosses the floor, or boxes that are everywhere but for a moment.
+fn floor_frame(number: u32, crowded: bool) -> GrayImage {
+    let mixed = |seed: u32| {
+        let mixed = seed.wrapping_mul(2_654_435_761);
+        (mixed ^ mixed >> 15).wrapping_mul(0x85EB_CA6B) >> 24
+    };
+    GrayImage::from_fn(320, 240, |u, v| {
+        let noise = mixed(u * 240 + v + number * 76_801) % 4;
+        let inside = if crowded {
+            mixed(u / 20 + v / 12 * 16 + number * 401) < 50
+        } else {
+            (4 * number..4 * number + 40).contains(&u) && v < 130
+        };
+        Luma([(if inside { 30 } else { 120 } + noise) as u8])
+    })
+}
+
+#[test]
+fn what_moves_is_followed_without_allocating() {
+    let _turn = TURN.lock();
+    // 1 m above the floor, 30 degrees down, focal length 300 px
+    let view = FloorView {
+        pixel_to_floor: [[0.0, -0.5, 319.8], [-1.0, 0.0, 159.5], [0.0, 0.866, 46.5]],
+        nadir: [79.75, 319.56, 0.5],
+    };
+    let mut tracker = ObstacleTracker::new(view, ObstacleParams::default());
+    let unknown = |_: [f64; 2]| FloorState::Unknown;
+    let (mut followed, mut known) = (0, 0);
+    for number in 0..60 {
+        // poor frames first, then rich ones
+        let frame = floor_frame(number, number >= 40);
+        let region = Region::new(ALLOCATOR);
+        tracker.update(&frame, f64::from(number) * 0.1, [0.0; 3], &unknown);
+        let change = region.change();
+        if number >= 4 {
+            assert_eq!(
+                change.allocations + change.reallocations,
+                0,
+                "frame {number}: {change:?}"
+            );
+        }
+        followed = followed.max(tracker.tracks().len());
+        known += tracker.moving().count();
+    }
+    assert!(followed >= 2 && known >= 20, "{followed}, {known}");
 }

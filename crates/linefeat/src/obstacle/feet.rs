@@ -1,8 +1,11 @@
 //! From changed pixels to regions of the floor: the nearest change in each direction is a foot; feet that
 //! stand side by side at one distance are one thing's, and so are the two sides of a thing.
 
+use std::ops::Range;
+
 use super::fan::Fan;
 use super::{Moment, MovedRegion, ObstacleParams, transform};
+use crate::bits::Bits;
 
 /// Directions that may be missing between two of one piece.
 const DIRECTION_GAP: usize = 4;
@@ -28,6 +31,12 @@ const SIGMA: [f64; 2] = [0.06, 0.04];
 /// How well the middle of a thing is known of which a part is out of the picture, one sigma [m].
 const HIDDEN: f64 = 0.3;
 
+/// Of a foot that is no thing's.
+const NONE: usize = usize::MAX;
+
+/// At most so many regions are told, the nearest.
+pub(super) const MOST_REGIONS: usize = 64;
+
 /// The nearest change in a direction.
 #[derive(Clone, Copy, Debug)]
 struct Foot {
@@ -41,101 +50,106 @@ struct Foot {
     /// Whether it is next to the side or to the bottom of the picture.
     at_side: bool,
     at_bottom: bool,
+    /// Number of the thing whose foot it is.
+    thing: usize,
 }
 
 /// Feet of one thing, or of one side of it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 struct Piece {
+    /// The distance that a quarter of the feet stay below [m].
+    range: f64,
+    /// Depth of a pixel on the floor at its middle [m].
+    depth: f64,
+    /// Rightmost and leftmost bearing [rad].
+    right: f64,
+    left: f64,
+    /// What has changed, as if upright at the foot [m^2].
+    surface: f64,
+    /// Whether the picture's side or its bottom hides a part of it.
+    at_side: bool,
+    at_bottom: bool,
+}
+
+/// Finds the floor regions that moved; keeps its buffers.
+#[derive(Debug, Default)]
+pub(super) struct Feet {
+    nearest: Vec<Option<Foot>>,
     feet: Vec<Foot>,
+    ranges: Vec<f64>,
+    things: Vec<Piece>,
 }
 
 impl Piece {
-    /// The distance that a quarter of the feet stay below [m].
-    fn range(&self) -> f64 {
-        let mut ranges: Vec<f64> = self.feet.iter().map(|foot| foot.range).collect();
-        let quarter = ranges.len() / 4;
-        *ranges.select_nth_unstable_by(quarter, f64::total_cmp).1
-    }
-
-    /// Rightmost and leftmost bearing.
-    fn bearings(&self, fan: &Fan) -> [f64; 2] {
-        let directions = self.feet.iter().map(|foot| foot.direction);
-        let (right, left) = directions.fold((usize::MAX, 0), |(r, l), d| (r.min(d), l.max(d)));
-        [
-            fan.bearing(right) - fan.step() / 2.0,
-            fan.bearing(left) + fan.step() / 2.0,
-        ]
-    }
-
-    /// What has changed, as if upright at the foot [m^2].
-    fn surface(&self, fan: &Fan) -> f64 {
-        let of = |foot: &Foot| foot.changed as f64 * (foot.range * fan.step()).powi(2);
-        self.feet.iter().map(of).sum()
-    }
-
     /// Whether this is but the upper part of something that stands before it.
-    fn is_above(&self, other: &Self, fan: &Fan) -> bool {
-        let ([r0, l0], [r1, l1]) = (self.bearings(fan), other.bearings(fan));
-        let margin = MARGIN / other.range();
-        other.range() + DEPTH < self.range() && r0 > r1 - margin && l0 < l1 + margin
+    fn is_above(&self, other: &Self) -> bool {
+        let margin = MARGIN / other.range;
+        other.range + DEPTH < self.range
+            && self.right > other.right - margin
+            && self.left < other.left + margin
     }
 
     /// Whether both are sides of one thing.
-    fn joins(&self, other: &Self, fan: &Fan, params: &ObstacleParams) -> bool {
-        let range = self.range().min(other.range());
-        let ([r0, l0], [r1, l1]) = (self.bearings(fan), other.bearings(fan));
-        let gap = (r0.max(r1) - l0.min(l1)).max(0.0) * range;
-        let width = (l0.max(l1) - r0.min(r1)) * range;
-        (self.range() - other.range()).abs() <= DEPTH && gap <= params.max_width && width <= WIDEST
+    fn joins(&self, other: &Self, params: &ObstacleParams) -> bool {
+        let range = self.range.min(other.range);
+        let gap = (self.right.max(other.right) - self.left.min(other.left)).max(0.0) * range;
+        let width = (self.left.max(other.left) - self.right.min(other.right)) * range;
+        (self.range - other.range).abs() <= DEPTH && gap <= params.max_width && width <= WIDEST
     }
 }
 
-/// The floor regions that moved, from right to left.
-pub(super) fn regions(
-    changed: &[bool],
-    fan: &Fan,
-    camera: [f64; 2],
-    params: &ObstacleParams,
-    moments: [Moment; 2],
-    regions: &mut Vec<MovedRegion>,
-) {
-    let mut pieces: Vec<Piece> = Vec::new();
-    for foot in feet(changed, fan) {
-        let goes_on = |before: &Foot| {
-            foot.direction - before.direction <= DIRECTION_GAP
-                && (before.range - foot.range).abs() <= STEP
-        };
-        match pieces.last_mut() {
-            Some(piece) if piece.feet.last().is_some_and(goes_on) => piece.feet.push(foot),
-            _ => pieces.push(Piece { feet: vec![foot] }),
-        }
+impl Feet {
+    /// The floor regions that moved, nearest first.
+    pub(super) fn regions(
+        &mut self,
+        changed: &Bits,
+        fan: &Fan,
+        camera: [f64; 2],
+        params: &ObstacleParams,
+        moments: [Moment; 2],
+        regions: &mut Vec<MovedRegion>,
+    ) {
+        self.stand(changed, fan);
+        self.join(fan, params);
+        self.things.retain(|thing| thing.surface >= LEAST_SURFACE);
+        let by_range = |a: &Piece, b: &Piece| a.range.total_cmp(&b.range);
+        self.things
+            .sort_unstable_by(|a, b| by_range(a, b).then(a.right.total_cmp(&b.right)));
+        regions.reserve(MOST_REGIONS);
+        regions.extend(
+            self.things
+                .iter()
+                .enumerate()
+                // what stands before a thing is nearer
+                .filter(|(i, thing)| !self.things[..*i].iter().any(|o| thing.is_above(o)))
+                .map(|(_, thing)| region(thing, fan, camera, moments))
+                .take(MOST_REGIONS),
+        );
     }
-    pieces.retain(|piece| piece.surface(fan) >= LEAST_SURFACE / 4.0);
-    let mut things: Vec<Piece> = Vec::new();
-    for piece in pieces {
-        match things
-            .iter_mut()
-            .find(|thing| thing.joins(&piece, fan, params))
-        {
-            Some(thing) => thing.feet.extend(piece.feet),
-            None => things.push(piece),
-        }
-    }
-    things.retain(|thing| thing.surface(fan) >= LEAST_SURFACE);
-    for thing in &things {
-        if !things.iter().any(|other| thing.is_above(other, fan)) {
-            regions.push(region(thing, fan, camera, moments));
-        }
-    }
-}
 
-/// The nearest change in each direction that has one, from right to left.
-fn feet(changed: &[bool], fan: &Fan) -> Vec<Foot> {
-    let [w, h] = fan.size;
-    let mut feet: Vec<Option<Foot>> = vec![None; fan.directions()];
-    for (i, _) in changed.iter().enumerate().filter(|(_, changed)| **changed) {
+    /// Takes the nearest change in each direction that has one, from right to left.
+    fn stand(&mut self, changed: &Bits, fan: &Fan) {
+        let [_, h] = fan.size;
+        self.nearest.clear();
+        self.nearest.resize(fan.directions(), None);
+        let rows = (0..h).flat_map(|v| changed.row(v).iter().enumerate().map(move |i| (v, i)));
+        for (v, (i, &word)) in rows {
+            let mut word = word;
+            while word != 0 {
+                let u = 64 * i + word.trailing_zeros() as usize;
+                word &= word - 1;
+                self.take([u, v], fan);
+            }
+        }
+        self.feet.clear();
+        self.feet.reserve(fan.directions());
+        self.feet.extend(self.nearest.iter().flatten());
+    }
+
+    fn take(&mut self, [u, v]: [usize; 2], fan: &Fan) {
+        let [w, h] = fan.size;
+        let i = v * w + u;
         let (range, direction) = (f64::from(fan.range[i]), usize::from(fan.direction[i]));
-        let [u, v] = [i % w, i / w];
         let behind = f64::from(fan.range[i.saturating_sub(w)]);
         let here = Foot {
             direction,
@@ -145,27 +159,82 @@ fn feet(changed: &[bool], fan: &Fan) -> Vec<Foot> {
             } else {
                 0.0
             },
-            changed: 1,
+            changed: 0,
             at_side: u < 3 || u + 4 > w,
             at_bottom: v + 3 > h,
+            thing: NONE,
         };
-        let foot = feet[direction].get_or_insert(Foot { changed: 0, ..here });
+        let foot = self.nearest[direction].get_or_insert(here);
         let changed = foot.changed + 1;
         if here.range < foot.range {
             *foot = here;
         }
         foot.changed = changed;
     }
-    feet.into_iter().flatten().collect()
+
+    /// Joins feet to pieces and pieces to things.
+    fn join(&mut self, fan: &Fan, params: &ObstacleParams) {
+        self.ranges.reserve(fan.directions());
+        self.things.clear();
+        self.things.reserve(fan.directions());
+        let mut from = 0;
+        while from < self.feet.len() {
+            let goes_on = |pair: &&[Foot]| {
+                pair[1].direction - pair[0].direction <= DIRECTION_GAP
+                    && (pair[0].range - pair[1].range).abs() <= STEP
+            };
+            let to = from + 1 + self.feet[from..].windows(2).take_while(goes_on).count();
+            let new = self.things.len();
+            self.feet[from..to].iter_mut().for_each(|f| f.thing = new);
+            let piece = self.piece(new, from..to, fan);
+            if piece.surface < LEAST_SURFACE / 4.0 {
+                self.feet[from..to].iter_mut().for_each(|f| f.thing = NONE);
+            } else if let Some(thing) = self.things.iter().position(|t| t.joins(&piece, params)) {
+                self.feet[from..to].iter_mut().for_each(|f| f.thing = thing);
+                self.things[thing] = self.piece(thing, 0..to, fan);
+            } else {
+                self.things.push(piece);
+            }
+            from = to;
+        }
+    }
+
+    /// The feet of a thing among some feet, of which it has at least one.
+    fn piece(&mut self, thing: usize, among: Range<usize>, fan: &Fan) -> Piece {
+        let feet = self.feet[among].iter().filter(|foot| foot.thing == thing);
+        self.ranges.clear();
+        self.ranges.extend(feet.clone().map(|foot| foot.range));
+        let count = self.ranges.len();
+        let (_, range, _) = self
+            .ranges
+            .select_nth_unstable_by(count / 4, f64::total_cmp);
+        let (right, left) = feet.clone().fold((usize::MAX, 0), |(r, l), foot| {
+            (r.min(foot.direction), l.max(foot.direction))
+        });
+        let of = |foot: &Foot| foot.changed as f64 * (foot.range * fan.step()).powi(2);
+        Piece {
+            range: *range,
+            depth: feet.clone().nth(count / 2).map_or(0.0, |foot| foot.depth),
+            right: fan.bearing(right) - fan.step() / 2.0,
+            left: fan.bearing(left) + fan.step() / 2.0,
+            surface: feet.clone().map(of).sum(),
+            at_side: feet.clone().any(|foot| foot.at_side),
+            at_bottom: 2 * feet.filter(|foot| foot.at_bottom).count() > count,
+        }
+    }
 }
 
 fn region(thing: &Piece, fan: &Fan, camera: [f64; 2], [then, now]: [Moment; 2]) -> MovedRegion {
-    let range = thing.range();
-    let [right, left] = thing.bearings(fan);
+    let Piece {
+        range,
+        depth,
+        right,
+        left,
+        at_side,
+        at_bottom,
+        ..
+    } = *thing;
     let bearing = (right + left) / 2.0;
-    let at_side = thing.feet.iter().any(|foot| foot.at_side);
-    let at_bottom = 2 * thing.feet.iter().filter(|foot| foot.at_bottom).count() > thing.feet.len();
-    let depth = thing.feet[thing.feet.len() / 2].depth;
     let sigma = [
         SIGMA[0].hypot(1.5 * depth) + if at_bottom { HIDDEN } else { 0.0 },
         SIGMA[1].hypot(1.5 * range * fan.step()) + if at_side { HIDDEN } else { 0.0 },

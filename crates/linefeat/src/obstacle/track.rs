@@ -3,9 +3,8 @@
 
 mod rest;
 
-use std::collections::VecDeque;
-
-use self::rest::Sighting;
+use self::rest::Sightings;
+use super::feet::MOST_REGIONS;
 use super::{FloorState, MovedRegion, ObstacleParams};
 
 /// Squared Mahalanobis distance within which a region is a track's: 99.9 % of a normal distribution of
@@ -21,8 +20,8 @@ const PATIENCE: f64 = 0.6;
 /// Sightings before anything is said to move.
 const LEAST_SIGHTINGS: usize = 4;
 
-/// Sightings that are remembered.
-const MEMORY: usize = 20;
+/// At most so many things are followed; what comes when there are more is passed over.
+const MOST_TRACKS: usize = 64;
 
 /// Half of the depth of a person, least and most [m].
 const HALF_DEPTH: [f64; 2] = [0.1, 0.25];
@@ -50,18 +49,34 @@ pub struct Track {
 #[derive(Debug)]
 struct Followed {
     track: Track,
-    sightings: VecDeque<Sighting>,
+    sightings: Sightings,
+    /// Whether this frame shows it.
+    seen: bool,
 }
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Tracks {
     followed: Vec<Followed>,
     /// The same as of the last frame.
     tracks: Vec<Track>,
+    /// Squared distances of tracks and regions that may be the same.
+    pairs: Vec<(f64, usize, usize)>,
+    /// Whether a region is a track's.
+    taken: Vec<bool>,
     next: u32,
 }
 
 impl Tracks {
+    pub(super) fn new() -> Self {
+        Self {
+            followed: Vec::with_capacity(MOST_TRACKS),
+            tracks: Vec::with_capacity(MOST_TRACKS),
+            pairs: Vec::with_capacity(MOST_TRACKS * MOST_REGIONS),
+            taken: Vec::with_capacity(MOST_REGIONS),
+            next: 0,
+        }
+    }
+
     pub(super) fn all(&self) -> &[Track] {
         &self.tracks
     }
@@ -73,29 +88,24 @@ impl Tracks {
         params: &ObstacleParams,
         floor: &dyn Fn([f64; 2]) -> FloorState,
     ) {
-        let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
-        for (t, followed) in self.followed.iter().enumerate() {
-            for (r, region) in regions.iter().enumerate() {
-                let mut track = followed.track;
-                track.predict(region.time, params.wander);
-                let distance = track.distance(region);
-                if distance <= GATE {
-                    pairs.push((distance, t, r));
-                }
+        self.pair(regions, params);
+        self.taken.clear();
+        self.taken.resize(regions.len(), false);
+        self.followed.iter_mut().for_each(|f| f.seen = false);
+        for &(_, t, r) in &self.pairs {
+            let (followed, taken) = (&mut self.followed[t], &mut self.taken[r]);
+            if !*taken && !followed.seen {
+                (*taken, followed.seen) = (true, true);
+                followed.correct(&regions[r], params, floor);
             }
         }
-        pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-        let mut taken = vec![false; regions.len()];
-        let mut updated = vec![false; self.followed.len()];
-        for (_, t, r) in pairs {
-            if !taken[r] && !updated[t] {
-                (taken[r], updated[t]) = (true, true);
-                self.followed[t].correct(&regions[r], params, floor);
-            }
-        }
-        for (region, _) in regions.iter().zip(&taken).filter(|(_, taken)| !**taken) {
+        let new = regions
+            .iter()
+            .zip(&self.taken)
+            .filter(|(_, taken)| !**taken);
+        for (region, _) in new.take(MOST_TRACKS - self.followed.len()) {
             self.followed.push(Followed::new(self.next, region));
-            self.next += 1;
+            self.next = self.next.wrapping_add(1);
         }
         self.followed.retain(|followed| {
             let patience = if followed.track.moving {
@@ -103,7 +113,8 @@ impl Tracks {
             } else {
                 PATIENCE / 2.0
             };
-            time - followed.track.time <= patience
+            // not where time has gone back, either
+            (0.0..=patience).contains(&(time - followed.track.time))
         });
         self.tracks.clear();
         self.tracks.extend(self.followed.iter().map(|followed| {
@@ -111,6 +122,23 @@ impl Tracks {
             track.predict(time, params.wander);
             track
         }));
+    }
+
+    /// Takes the regions within the gates of tracks, nearest first.
+    fn pair(&mut self, regions: &[MovedRegion], params: &ObstacleParams) {
+        self.pairs.clear();
+        for (t, followed) in self.followed.iter().enumerate() {
+            for (r, region) in regions.iter().enumerate() {
+                let mut track = followed.track;
+                track.predict(region.time, params.wander);
+                let distance = track.distance(region);
+                if distance <= GATE {
+                    self.pairs.push((distance, t, r));
+                }
+            }
+        }
+        self.pairs
+            .sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
     }
 }
 
@@ -136,7 +164,8 @@ impl Followed {
                 width: region.width,
                 moving: false,
             },
-            sightings: VecDeque::from([Sighting::of(region)]),
+            sightings: Sightings::new(region),
+            seen: true,
         }
     }
 
@@ -152,15 +181,12 @@ impl Followed {
             return;
         }
         self.track.correct(region);
-        if self.sightings.len() == MEMORY {
-            self.sightings.pop_front();
-        }
-        self.sightings.push_back(Sighting::of(region));
+        self.sightings.push(region);
         // once known to move, a thing may come to rest
         self.track.moving |= self.track.speed() >= params.least_speed
             && self.track.width >= params.least_width
-            && self.sightings.len() >= LEAST_SIGHTINGS
-            && rest::is_refuted(self.sightings.make_contiguous(), floor);
+            && self.sightings.all().len() >= LEAST_SIGHTINGS
+            && rest::is_refuted(self.sightings.all(), floor);
     }
 }
 

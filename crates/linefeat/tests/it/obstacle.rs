@@ -1,6 +1,7 @@
 //! Moving things in rendered scenes, against where they truly are.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 use image::GrayImage;
 use linefeat::{FloorState, FloorView, ObstacleParams, ObstacleTracker, Track};
@@ -347,18 +348,19 @@ fn mahalanobis(p: &[[f64; 4]; 4], x: [f64; 4]) -> f64 {
     (0..4).map(|i| x[i] * y[i]).sum()
 }
 
-fn scenes() -> u64 {
+/// Seeds of scenes; those of the long run are not those that anything was tuned on.
+fn scenes() -> Range<u64> {
     if std::env::var_os("MOBOT_LONG").is_some() {
-        120
+        5000..5120
     } else {
-        12
+        0..12
     }
 }
 
 #[test]
 fn one_or_two_moving_boxes_are_found_where_they_are() {
     let mut score = Score::default();
-    for seed in 0..scenes() {
+    for seed in scenes() {
         let camera = if seed % 2 == 0 {
             CameraModel::paper()
         } else {
@@ -399,7 +401,7 @@ fn one_or_two_moving_boxes_are_found_where_they_are() {
         "{score:?}"
     );
     // 10 cm at 3 m, 0.2 m/s after a second
-    assert!(percentile(&score.position, 0.88) <= 0.10, "{score:?}");
+    assert!(percentile(&score.position, 0.95) <= 0.10, "{score:?}");
     assert!(percentile(&score.velocity, 0.95) <= 0.20, "{score:?}");
     // covariances of four dimensions that are not too small
     let nees = score.nees.iter().sum::<f64>() / score.nees.len() as f64;
@@ -433,7 +435,7 @@ fn furniture(seed: u64) -> Vec<Block> {
 #[test]
 fn a_static_scene_has_no_moving_tracks() {
     let (mut false_tracks, mut frames) = (0, 0);
-    for seed in 0..scenes() {
+    for seed in scenes() {
         let camera = if seed % 2 == 0 {
             CameraModel::paper()
         } else {

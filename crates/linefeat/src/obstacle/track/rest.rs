@@ -15,6 +15,9 @@ const MOST_SCALE: f64 = 10.0;
 /// on the map may be hard to see.
 const HIGH: f64 = 2.0;
 
+/// Sightings that are remembered.
+const MEMORY: usize = 20;
+
 /// A place where the thing was seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sighting {
@@ -25,7 +28,7 @@ pub(super) struct Sighting {
 }
 
 impl Sighting {
-    pub(super) fn of(region: &MovedRegion) -> Self {
+    fn of(region: &MovedRegion) -> Self {
         Self {
             position: region.position,
             camera: region.camera,
@@ -40,6 +43,36 @@ impl Sighting {
             self.position[i] - seen
         });
         super::quadratic(&self.weight, off)
+    }
+}
+
+/// The last sightings of a thing, in no order.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sightings {
+    places: [Sighting; MEMORY],
+    count: usize,
+    /// Where the next one goes.
+    next: usize,
+}
+
+impl Sightings {
+    pub(super) fn new(region: &MovedRegion) -> Self {
+        Self {
+            places: [Sighting::of(region); MEMORY],
+            count: 1,
+            next: 1,
+        }
+    }
+
+    /// Remembers one; the oldest of many is forgotten.
+    pub(super) fn push(&mut self, region: &MovedRegion) {
+        self.places[self.next] = Sighting::of(region);
+        self.next = (self.next + 1) % MEMORY;
+        self.count = (self.count + 1).min(MEMORY);
+    }
+
+    pub(super) fn all(&self) -> &[Sighting] {
+        &self.places[..self.count]
     }
 }
 
