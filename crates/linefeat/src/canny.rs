@@ -7,7 +7,7 @@ use image::GrayImage;
 use crate::{
     EdgeMap, Region,
     bits::Bits,
-    hysteresis,
+    hysteresis::{self, Open},
     lanes::Width as _,
     ridge::Ridges,
     rows::Rows,
@@ -141,7 +141,7 @@ pub struct Canny {
     histogram: Histogram,
     weak: Bits,
     found: Bits,
-    stack: Vec<usize>,
+    open: Open,
 }
 
 impl Canny {
@@ -222,7 +222,7 @@ impl Canny {
                 }
             }
         }
-        hysteresis::follow(&self.weak, &mut self.found, &mut self.stack);
+        hysteresis::follow(&self.weak, &mut self.found, &mut self.open);
         edges.collect(&self.found, image);
     }
 }
@@ -260,11 +260,8 @@ mod tests {
         /// Where the buffers are and how large.
         fn buffers(&self) -> Vec<(usize, usize)> {
             let place = |bits: &Bits| (bits.words().as_ptr().addr(), bits.words().len());
-            let mut all = vec![
-                place(&self.weak),
-                place(&self.found),
-                (self.stack.as_ptr().addr(), self.stack.capacity()),
-            ];
+            let mut all = vec![place(&self.weak), place(&self.found)];
+            all.extend(self.open.buffers());
             all.extend(self.rows.buffers());
             all.extend(self.long_rows.buffers());
             all.push(self.histogram.buffer());

@@ -2,6 +2,7 @@
 
 use image::GrayImage;
 
+use crate::segment::most_segments;
 use crate::{Canny, CannyParams, EdgeMap, Segment, SegmentParams, Segments};
 
 /// Parameters of a [`Detector`].
@@ -13,8 +14,9 @@ pub struct DetectorParams {
     pub segments: SegmentParams,
 }
 
-/// Finds the straight edges of frame after frame. Its buffers grow with the first frame; frames no larger
-/// and no richer in edges than those before allocate nothing.
+/// Finds the straight edges of frame after frame. The first frame makes room for the worst one of its size (24
+/// bytes a pixel, of which memory is taken as frames need it): frames of that size allocate nothing any more,
+/// whatever they show.
 #[derive(Clone, Debug, Default)]
 pub struct Detector {
     params: DetectorParams,
@@ -36,6 +38,10 @@ impl Detector {
 
     /// The straight edges of `frame`, in row order of their first pixels.
     pub fn detect(&mut self, frame: &GrayImage) -> &[Segment] {
+        let pixels = frame.as_raw().len();
+        self.edges.reserve(pixels);
+        self.found.clear();
+        self.found.reserve(most_segments(pixels));
         self.canny
             .detect(frame, &self.params.canny, &mut self.edges);
         self.segments

@@ -68,6 +68,12 @@ impl EdgeMap {
         u < self.width && v < self.height && self.row(v)[u as usize / 64] >> (u % 64) & 1 == 1
     }
 
+    /// Makes room for as many edges as pixels. What no frame needs is not touched, and takes no memory.
+    pub(crate) fn reserve(&mut self, pixels: usize) {
+        self.pixels
+            .reserve(pixels.saturating_sub(self.pixels.len()));
+    }
+
     /// The edges of `image` that `bits` has.
     pub(crate) fn collect(&mut self, bits: &Bits, image: &GrayImage) {
         (self.width, self.height) = image.dimensions();

@@ -5,16 +5,55 @@ use crate::bits::{BLOCK, Bits};
 /// A block and a word on either side.
 const WIDE: usize = BLOCK + 2;
 
+/// Places of words that two sweeps leave open, each once; room for all words is made at once.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Open {
+    places: Vec<usize>,
+    waiting: Vec<bool>,
+}
+
+impl Open {
+    fn clear(&mut self, words: usize) {
+        self.places.clear();
+        self.places.reserve(words);
+        self.waiting.clear();
+        self.waiting.resize(words, false);
+    }
+
+    #[inline(always)]
+    fn push(&mut self, place: usize) {
+        if !self.waiting[place] {
+            self.waiting[place] = true;
+            self.places.push(place);
+        }
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<usize> {
+        let place = self.places.pop()?;
+        self.waiting[place] = false;
+        Some(place)
+    }
+
+    #[cfg(test)]
+    pub(crate) fn buffers(&self) -> [(usize, usize); 2] {
+        [
+            (self.places.as_ptr().addr(), self.places.capacity()),
+            (self.waiting.as_ptr().addr(), self.waiting.capacity()),
+        ]
+    }
+}
+
 /// Every pixel of `weak` that a chain of neighbours (eight a pixel) within `weak` joins to a pixel of
-/// `found`, which is a part of `weak` and of its size. `stack` is used for what two sweeps leave over.
-pub(crate) fn follow(weak: &Bits, found: &mut Bits, stack: &mut Vec<usize>) {
-    pulp::Arch::new().dispatch(Follow { weak, found, stack });
+/// `found`, which is a part of `weak` and of its size.
+pub(crate) fn follow(weak: &Bits, found: &mut Bits, open: &mut Open) {
+    pulp::Arch::new().dispatch(Follow { weak, found, open });
 }
 
 struct Follow<'a> {
     weak: &'a Bits,
     found: &'a mut Bits,
-    stack: &'a mut Vec<usize>,
+    open: &'a mut Open,
 }
 
 impl pulp::NullaryFnOnce for Follow<'_> {
@@ -43,11 +82,11 @@ impl pulp::NullaryFnOnce for Follow<'_> {
                 stride,
             );
         }
-        self.stack.clear();
+        self.open.clear(weak.len());
         for block in (start..start + height * stride).step_by(BLOCK) {
-            leftover(weak, found, block, stride, self.stack);
+            leftover(weak, found, block, stride, self.open);
         }
-        rest(weak, found, stride, self.stack);
+        rest(weak, found, stride, self.open);
     }
 }
 
@@ -77,7 +116,7 @@ fn sweep(weak: &[u64], found: &mut [u64], at: usize, beside: usize, stride: usiz
 
 /// Pushes the places of a block's words that are not finished.
 #[inline(always)]
-fn leftover(weak: &[u64], found: &[u64], at: usize, stride: usize, stack: &mut Vec<usize>) {
+fn leftover(weak: &[u64], found: &[u64], at: usize, stride: usize, places: &mut Open) {
     let here = window(found, at);
     let mut open = [0; BLOCK];
     let mut any = 0;
@@ -101,7 +140,7 @@ fn leftover(weak: &[u64], found: &[u64], at: usize, stride: usize, stack: &mut V
     if any != 0 {
         for (i, open) in open.into_iter().enumerate() {
             if open != 0 {
-                stack.push(at + i);
+                places.push(at + i);
             }
         }
     }
@@ -109,8 +148,8 @@ fn leftover(weak: &[u64], found: &[u64], at: usize, stride: usize, stack: &mut V
 
 /// Word by word until nothing changes: each change adds a pixel, so that the time is bounded by their number.
 #[inline(always)]
-fn rest(weak: &[u64], found: &mut [u64], stride: usize, stack: &mut Vec<usize>) {
-    while let Some(at) = stack.pop() {
+fn rest(weak: &[u64], found: &mut [u64], stride: usize, open: &mut Open) {
+    while let Some(at) = open.pop() {
         let mut reached = 0;
         for row in [at - stride, at, at + stride] {
             reached |= beside(found[row - 1], found[row], found[row + 1]);
@@ -125,7 +164,7 @@ fn rest(weak: &[u64], found: &mut [u64], stride: usize, stack: &mut Vec<usize>) 
                 (row + 1, new >> 63),
             ] {
                 if touched & weak[place] & !found[place] != 0 {
-                    stack.push(place);
+                    open.push(place);
                 }
             }
         }

@@ -25,6 +25,9 @@ impl Peaks {
     ) {
         let least = params.votes.clamp(1, u32::from(u16::MAX)) as u16;
         self.found.clear();
+        // no two neighbours are peaks
+        let most = votes.angles.div_ceil(2) * (votes.reach + 1);
+        self.found.reserve(most);
         pulp::Arch::new().dispatch(Scan {
             votes,
             least,
@@ -33,7 +36,9 @@ impl Peaks {
         self.found
             .sort_unstable_by_key(|&(votes, k, r)| (std::cmp::Reverse(votes), k, r));
         self.central.clear();
+        self.central.reserve(most.min(params.lines));
         lines.clear();
+        lines.reserve(most.min(params.lines));
         let centre = [edges.width(), edges.height()].map(|side| 0.5 * (f64::from(side) - 1.0));
         for &(_, k, r) in &self.found {
             if lines.len() >= params.lines {

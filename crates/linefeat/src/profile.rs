@@ -125,6 +125,15 @@ impl Fit {
 }
 
 impl Profiles {
+    /// Makes room for the longest line of a picture.
+    pub(crate) fn reserve(&mut self, (width, height): (u32, u32)) {
+        let steps = width.max(height) as usize;
+        self.cuts.clear();
+        self.cuts.reserve(steps);
+        self.slopes.clear();
+        self.slopes.reserve(steps + 1);
+    }
+
     /// The segment along `path`, if at least half of `least` cuts show its edge.
     pub(crate) fn fit(&mut self, image: &GrayImage, path: &Path, least: u32) -> Option<Segment> {
         // edge pixels may lie the best part of a pixel beside a diagonal, where the sums are not linear yet
@@ -370,7 +379,6 @@ impl pulp::NullaryFnOnce for Measure<'_> {
         let sign = if path.rising { 1 } else { -1 };
         let weights = weights();
         cuts.clear();
-        cuts.reserve(path.extent() as usize);
         for step in (path.first..=path.last).step_by(every) {
             let p = offset + slope * f64::from(step);
             if !whole.contains(&p) {

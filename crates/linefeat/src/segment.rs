@@ -59,6 +59,15 @@ impl Default for SegmentParams {
     }
 }
 
+/// Least extent of any segment along an axis of the picture [px]: no gap is bridged before, so that it takes as
+/// many pixels.
+const LEAST_PX: u32 = 8;
+
+/// A picture of so many pixels has no more segments.
+pub(crate) fn most_segments(pixels: usize) -> usize {
+    pixels / LEAST_PX as usize
+}
+
 /// The straight edges of `image`, whose edge pixels are `edges`, in row order of their first pixels.
 ///
 /// # Panics
@@ -100,7 +109,8 @@ impl Segments {
         assert_eq!(image.dimensions(), size, "the edges are of another picture");
         found.clear();
         self.compass.update(edges);
-        let least = params.length_px.max(8);
+        self.profiles.reserve(size);
+        let least = params.length_px.max(LEAST_PX);
         for pixel in edges.pixels() {
             if self
                 .compass

@@ -6,7 +6,7 @@ use super::memory::Memory;
 use super::shift::{Shift, Shifter};
 use crate::bits::Bits;
 use crate::floor_view::times;
-use crate::hysteresis::follow;
+use crate::hysteresis::{Open, follow};
 
 /// How far an edge may be off, as a share of the change over two pixels around it: 0.4 is 0.8 px.
 const MISPLACED: f64 = 0.4;
@@ -26,7 +26,7 @@ pub(super) struct Change {
     differing: [Bits; 2],
     blocks: [Bits; 2],
     corners: Bits,
-    stack: Vec<usize>,
+    open: Open,
 }
 
 impl Change {
@@ -45,9 +45,6 @@ impl Change {
         for bits in buffers.chain([&mut self.corners]) {
             bits.resize(w, h);
         }
-        // room for whatever is left open anywhere
-        let words = self.corners.words().len();
-        self.stack.reserve(words.saturating_sub(self.stack.len()));
         let frames = Frames {
             current,
             previous,
@@ -72,7 +69,7 @@ impl Change {
             open(differing, &mut self.corners, blocks);
         }
         let [weak, strong] = &mut self.blocks;
-        follow(weak, strong, &mut self.stack);
+        follow(weak, strong, &mut self.open);
         strong
     }
 }
