@@ -122,8 +122,8 @@ pub fn canny(image: &GrayImage, params: &CannyParams) -> EdgeMap {
 /// which names a modified Canny and leaves its details open).
 ///
 /// The edges are those of [`canny`] with norm L1 without the pixels outside the region, which lead nowhere
-/// either. The high threshold is the greatest that `strong_share` of the region's pixels exceed, counted in
-/// every fourth row, and no less than the two bounds of [`ModifiedCannyParams`]: it follows exposure, and a
+/// either. The high threshold is the greatest that `strong_share` of the region's pixels exceed, counted at
+/// every fourth pixel of every fourth row, and no less than the two bounds of [`ModifiedCannyParams`]: it follows exposure, and a
 /// blank frame has no edges.
 #[must_use]
 pub fn canny_modified(image: &GrayImage, params: &ModifiedCannyParams) -> EdgeMap {

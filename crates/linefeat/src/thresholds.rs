@@ -8,12 +8,13 @@ use crate::{
     rows::Rows,
 };
 
-/// Every so many rows count.
-pub(crate) const ROW_STEP: u32 = 4;
+/// Every so many rows count, and of them every so many pixels, one farther to the left in each: upright lines
+/// count as much as level ones.
+const STEP: u32 = 4;
 /// One more than the greatest sum of absolute gradients.
 const LEVELS: usize = 2041;
 
-/// How often each magnitude |gx| + |gy| occurs within the region in every [`ROW_STEP`]th row.
+/// How often each magnitude |gx| + |gy| occurs within the region, among one pixel in `STEP` times `STEP`.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Histogram {
     counts: Vec<u32>,
@@ -63,7 +64,7 @@ impl Task for Count<'_> {
             return;
         }
         rows.resize(width);
-        for v in (0..image.height()).step_by(ROW_STEP as usize) {
+        for v in (0..image.height()).step_by(STEP as usize) {
             let columns = self.region.columns(v, image.width());
             if columns.is_empty() {
                 continue;
@@ -73,7 +74,9 @@ impl Task for Count<'_> {
                 rows.read(v, &image.as_raw()[v * width..][..width]);
             }
             rows.gradient(lanes, v, width, height);
-            for magnitude in rows.magnitudes(v, columns) {
+            let skip = (columns.start + v as u32 / STEP).wrapping_neg() % STEP;
+            let magnitudes = rows.magnitudes(v, columns).iter();
+            for magnitude in magnitudes.skip(skip as usize).step_by(STEP as usize) {
                 counts[*magnitude as usize] += 1;
             }
         }

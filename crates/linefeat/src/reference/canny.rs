@@ -21,7 +21,7 @@ pub fn canny_modified(image: &GrayImage, params: &ModifiedCannyParams) -> GrayIm
 pub fn chosen(image: &GrayImage, params: &ModifiedCannyParams) -> CannyParams {
     let mut magnitudes = Vec::new();
     for (u, v, _) in image.enumerate_pixels() {
-        if v % 4 == 0 && params.region.contains(u, v) {
+        if v % 4 == 0 && (u + v / 4) % 4 == 0 && params.region.contains(u, v) {
             let (gx, gy) = sobel(image, u, v);
             magnitudes.push(gx.abs() + gy.abs());
         }
