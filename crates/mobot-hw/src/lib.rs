@@ -4,6 +4,8 @@
     doc = "Sonar, camera and base behind small traits. The README's example needs the feature `simulation`."
 )]
 
+#[cfg(feature = "mjpeg")]
+mod camera_fault;
 mod clock;
 #[cfg_attr(
     not(feature = "simulation"),
@@ -24,10 +26,14 @@ mod sense;
 pub mod serial;
 #[cfg(feature = "simulation")]
 pub mod sim;
+#[cfg(feature = "mjpeg")]
+pub mod stream;
 mod traits;
 mod turret;
 pub mod wrap;
 
+#[cfg(feature = "mjpeg")]
+pub use camera_fault::{CameraError, FrameCounts, FrameFault};
 pub use clock::SystemClock;
 pub use motion::{Odometry, Twist2, WheelTravel};
 pub use sense::{BaseStatus, Bearings, CameraFrame, Ping};

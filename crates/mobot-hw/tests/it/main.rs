@@ -10,6 +10,8 @@ mod determinism;
 mod emulated;
 #[cfg(feature = "simulation")]
 mod files;
+#[cfg(feature = "mjpeg")]
+mod mjpeg;
 mod motion;
 mod serial;
 #[cfg(feature = "simulation")]
