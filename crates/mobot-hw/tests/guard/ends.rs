@@ -64,7 +64,7 @@ fn driven(stage: &Stage, program: &mut Program, k: usize) {
 fn ended(stage: &Stage, k: usize, end: impl Fn(&mut Program)) -> Option<f64> {
     let mut program = stage.program();
     driven(stage, &mut program, k);
-    let time = stage.base.now();
+    let time = stage.base.elapsed();
     end(&mut program);
     let after = stage.stopped_after(time);
     drop(program);
@@ -113,7 +113,7 @@ pub(crate) fn frozen() {
         |stage, k, program| {
             let program = program.get_or_insert_with(|| stage.program());
             driven(stage, program, k);
-            let time = stage.base.now();
+            let time = stage.base.elapsed();
             program.signal(Signal::STOP);
             let after = stage.stopped_after(time);
             program.signal(Signal::CONT);
@@ -131,7 +131,7 @@ pub(crate) fn not_renewed() {
             let program = program.get_or_insert_with(|| stage.program());
             stage.drives(program, 0.03);
             pause(0.001 * (k % 40) as f64);
-            let time = stage.base.now();
+            let time = stage.base.elapsed();
             program.say("drive 0.1 0");
             let after = stage.stopped_after(time);
             assert!(

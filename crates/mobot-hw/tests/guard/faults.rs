@@ -2,9 +2,8 @@
 
 use std::sync::{Arc, Mutex};
 
-use mobot_hw::emulate::{Emulator, LineFaults};
+use mobot_hw::emulate::{Emulator, LineFaults, RobotView};
 use mobot_hw::serial::create2::drive_direct;
-use mobot_hw::sim::Simulation;
 use rustix::process::Signal;
 
 use crate::stage::{BASES, Program, Stage, emulation, pause, signal_to};
@@ -22,7 +21,7 @@ pub(crate) fn drives_as_without_a_guard() {
         assert!((0.01..0.2).contains(&travel), "{base}: {answer}");
         assert!((0.0..0.05).contains(&age), "{base}: {answer}");
 
-        let time = stage.base.now();
+        let time = stage.base.elapsed();
         assert_eq!(program.asked("drive nan 0"), "done");
         assert!(
             stage.stopped_after(time).is_some_and(|t| t < 0.05),
@@ -37,16 +36,16 @@ pub(crate) fn drives_as_without_a_guard() {
             "{base}: {}",
             stage.speed()
         );
-        let time = stage.base.now();
+        let time = stage.base.elapsed();
         assert_eq!(program.asked("stop"), "done");
         assert!(stage.stopped_after(time).is_none_or(|t| t < 0.05));
 
         // the answer comes when the base has the command
         let mut waits: Vec<f64> = (0..40)
             .map(|_| {
-                let time = stage.base.now();
+                let time = stage.base.elapsed();
                 program.asked("drive 0.1 0.1");
-                stage.base.now() - time
+                stage.base.elapsed() - time
             })
             .collect();
         waits.sort_by(f64::total_cmp);
@@ -64,7 +63,7 @@ pub(crate) fn a_guard_that_is_killed() {
         let stage = Stage::new(base);
         let mut program = stage.program();
         stage.drives(&mut program, 0.1);
-        let time = stage.base.now();
+        let time = stage.base.elapsed();
         signal_to(program.guard, Signal::KILL);
         if let Some(after) = stage.stopped_after(time) {
             println!(
@@ -86,7 +85,7 @@ pub(crate) fn a_guard_that_freezes() {
     let stage = Stage::new("create2");
     let mut program = stage.program();
     stage.drives(&mut program, 0.1);
-    let time = stage.base.now();
+    let time = stage.base.elapsed();
     signal_to(program.guard, Signal::STOP);
     let answer = program.asked("drive 0.1 0");
     assert!(answer.starts_with("fault Unplugged"), "{answer}");
@@ -97,7 +96,7 @@ pub(crate) fn a_guard_that_freezes() {
 struct Heard(Arc<Mutex<Vec<u8>>>);
 
 impl Emulator for Heard {
-    fn step(&mut self, bytes: &[u8], _robot: &Simulation) -> Vec<u8> {
+    fn step(&mut self, bytes: &[u8], _robot: &mut RobotView) -> Vec<u8> {
         self.0.lock().expect("bytes").extend(bytes);
         Vec::new()
     }
@@ -149,9 +148,9 @@ pub(crate) fn a_base_that_is_silent() {
         };
         stage.base.set_faults(0, silent);
         pause(0.05);
-        let time = stage.base.now();
+        let time = stage.base.elapsed();
         let answer = program.asked("status");
-        let took = stage.base.now() - time;
+        let took = stage.base.elapsed() - time;
         assert!(
             answer.starts_with("fault Silent") || answer.starts_with("fault Garbled"),
             "{base}: {answer}"
@@ -159,7 +158,7 @@ pub(crate) fn a_base_that_is_silent() {
         assert!(took < 0.5, "{base}: {took}");
         // and it is stopped as soon as it hears again
         stage.base.set_faults(0, LineFaults::default());
-        let time = stage.base.now();
+        let time = stage.base.elapsed();
         assert!(stage.stopped_after(time).is_none_or(|t| t < 0.5), "{base}");
     }
 }

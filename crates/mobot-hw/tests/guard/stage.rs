@@ -85,15 +85,15 @@ impl Stage {
 
     /// Has the base driven, renewed for `seconds` at 25 Hz.
     pub(crate) fn drives(&self, program: &mut Program, seconds: f64) {
-        let until = self.base.now() + seconds;
+        let until = self.base.elapsed() + seconds;
         loop {
             program.say("drive 0.1 0");
             pause(0.04);
-            if self.base.now() >= until && self.speed() > 0.0 {
+            if self.base.elapsed() >= until && self.speed() > 0.0 {
                 return;
             }
             assert!(
-                self.base.now() < until + 2.0,
+                self.base.elapsed() < until + 2.0,
                 "{} does not drive",
                 self.name
             );
@@ -103,7 +103,7 @@ impl Stage {
     /// How long after a time the wheels were told to stand [s]; nothing where they stood already, or where
     /// the machine stood still meanwhile.
     pub(crate) fn stopped_after(&self, time: f64) -> Option<f64> {
-        let began = Instant::now() - Duration::from_secs_f64(self.base.now() - time);
+        let began = Instant::now() - Duration::from_secs_f64(self.base.elapsed() - time);
         let stands = |c: &WheelCommand| c.wheels.iter().all(|w| *w == 0.0);
         for _ in 0..2000 {
             let log = self.base.wheel_log(0);
