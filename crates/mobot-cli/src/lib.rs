@@ -7,6 +7,7 @@ pub mod interrupt;
 pub mod nav;
 pub mod output;
 pub mod picture;
+pub mod report;
 pub mod run_log;
 pub mod uri;
 pub mod world;

@@ -14,6 +14,7 @@ use anyhow::{Context, bail};
 pub use calibration::calibration;
 pub use overlay::{Overlay, Panel};
 pub use scene::{Color, Mark, Scene, Stroke, clearance_color};
+pub(crate) use svg::{escape, render as svg};
 
 /// The formats that a picture's file name may ask for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -33,6 +33,8 @@ pub struct Stroke {
     pub color: Color,
     /// Its width [screen pixels].
     pub width_px: f64,
+    /// The name by which a page may hide it, or nothing.
+    pub layer: &'static str,
 }
 
 /// A dot on the map.
@@ -56,6 +58,8 @@ pub struct Scene {
     pub(super) gray: Vec<u8>,
     /// Lines, drawn in order.
     pub(super) strokes: Vec<Stroke>,
+    /// Of the lines to come.
+    layer: &'static str,
     /// Dots, drawn over the lines.
     pub(super) marks: Vec<Mark>,
     /// Lines of text under the map (SVG only).
@@ -87,6 +91,7 @@ impl Scene {
             view,
             gray,
             strokes: vec![],
+            layer: "",
             marks: vec![],
             caption: vec![],
         }
@@ -95,6 +100,11 @@ impl Scene {
     /// Side of a cell [m].
     pub(super) fn resolution(&self) -> f64 {
         self.frame.resolution()
+    }
+
+    /// Lines from now on belong to a layer of this name (SVG: their class).
+    pub const fn layer(&mut self, name: &'static str) {
+        self.layer = name;
     }
 
     /// Adds a line given in the map frame [m].
@@ -107,6 +117,7 @@ impl Scene {
             points: without_collinear(points),
             color,
             width_px,
+            layer: self.layer,
         });
     }
 

@@ -13,7 +13,7 @@ const PAGE_PX: f64 = 1200.0;
 const LINE_PX: f64 = 20.0;
 
 /// The scene as an SVG document.
-pub(super) fn render(scene: &Scene) -> anyhow::Result<String> {
+pub(crate) fn render(scene: &Scene) -> anyhow::Result<String> {
     let [left, top, width, height] = scene.view;
     let png = super::gray_png(width, height, &scene.gray)?;
     let scale = PAGE_PX / f64::from(width.max(height));
@@ -24,7 +24,7 @@ pub(super) fn render(scene: &Scene) -> anyhow::Result<String> {
         svg,
         r#"<svg xmlns="http://www.w3.org/2000/svg" width="{page_w:.0}" height="{:.0}" viewBox="0 0 {page_w:.2} {:.2}">
 <rect width="100%" height="100%" fill="white"/>
-<g transform="scale({scale:.6}) translate({} {})" fill="none" stroke-linejoin="round" stroke-linecap="round">
+<g class="map" transform="scale({scale:.6}) translate({} {})" fill="none" stroke-linejoin="round" stroke-linecap="round">
 <image x="{left}" y="{top}" width="{width}" height="{height}" preserveAspectRatio="none" style="image-rendering:pixelated" href="data:image/png;base64,{}"/>
 "#,
         page_h + caption_h,
@@ -34,7 +34,11 @@ pub(super) fn render(scene: &Scene) -> anyhow::Result<String> {
         STANDARD.encode(&png),
     )?;
     for stroke in &scene.strokes {
-        svg.push_str("<polyline vector-effect=\"non-scaling-stroke\" points=\"");
+        svg.push_str("<polyline ");
+        if !stroke.layer.is_empty() {
+            write!(svg, "class=\"{}\" ", stroke.layer)?;
+        }
+        svg.push_str("vector-effect=\"non-scaling-stroke\" points=\"");
         for p in &stroke.points {
             write!(svg, "{},{} ", number(p.col), number(p.row))?;
         }
@@ -102,7 +106,7 @@ pub(super) fn number(value: f64) -> f64 {
 }
 
 /// Text that cannot leave its element: file names may hold anything.
-pub(super) fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {

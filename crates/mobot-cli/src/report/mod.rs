@@ -229,7 +229,7 @@ impl Report<'_> {
         };
         writeln!(
             page,
-            "<div class=\"scrub\"><input type=\"range\" id=\"time\" aria-label=\"time\" min=\"{:.3}\" max=\"{:.3}\" step=\"0.1\" value=\"{:.3}\"><output id=\"says\"></output></div>",
+            "<div class=\"scrub\"><input type=\"range\" id=\"time\" aria-label=\"time\" min=\"{:.3}\" max=\"{:.3}\" step=\"0.01\" value=\"{:.3}\"><output id=\"says\"></output></div>",
             first.time, last.time, last.time
         )
     }

@@ -8,6 +8,7 @@ mod emulate;
 mod nav;
 mod nav_drive;
 mod nav_worlds;
+mod report;
 mod run;
 mod run_log;
 mod uri;

@@ -393,3 +393,20 @@ fn hostile_random_maps() {
     assert!(all.routes > 100 && all.none > 100, "{all:?}");
     println!("{}", summary("hostile random maps", &all));
 }
+
+/// The same on anybody's maps: `MOBOT_MAPS=a.yaml:b.yaml cargo test --release -p voronoi-plan --test it -- \
+/// --ignored --nocapture given_maps`.
+#[test]
+#[ignore = "needs MOBOT_MAPS, map files separated by colons"]
+fn given_maps() {
+    let given = std::env::var("MOBOT_MAPS").expect("MOBOT_MAPS: map files separated by colons");
+    for name in given.split(':') {
+        let loaded = load_map(Path::new(name), &LoadOptions::default()).expect("a map that loads");
+        let space = FreeSpace::from_map(&loaded.map);
+        for radius in [0.15, 0.25, 0.375] {
+            if let Some(tally) = judge(&space, radius, 200, 11) {
+                println!("{}", summary(&format!("{name} {radius} m"), &tally));
+            }
+        }
+    }
+}
