@@ -5,8 +5,10 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 mod devices;
+mod mission;
 
 pub use devices::{DeviceArgs, DevicesArgs, EmulateArgs};
+pub use mission::{DriveArgs, Goal};
 
 /// Sonar logs to maps, maps to certified roadmaps, roadmaps to routes; camera frames to floor metres.
 #[derive(Debug, Parser)]
@@ -54,6 +56,8 @@ pub enum Command {
     Devices(Box<DevicesArgs>),
     /// Emulate devices of a simulated robot on pseudo-terminals, until interrupted.
     Emulate(EmulateArgs),
+    /// Drive to a goal on a map: plan, follow, localize, keep clear, arrive.
+    Drive(Box<DriveArgs>),
     /// Own a base's port; programs start this.
     #[command(hide = true)]
     Guard(GuardArgs),

@@ -5,6 +5,7 @@ mod calibrate;
 mod check;
 mod clean;
 mod devices;
+mod drive;
 mod emulate;
 mod floor;
 mod floorplan;
@@ -47,6 +48,7 @@ pub fn run(cli: Cli) -> anyhow::Result<Outcome> {
         Command::Birdseye(args) => birdseye::run(&args, &output),
         Command::Devices(args) => devices::run(&args, &output),
         Command::Emulate(args) => emulate::run(&args, &output),
+        Command::Drive(args) => drive::run(&args, &output),
         Command::Guard(args) => guard::run(args),
     }
 }

@@ -347,7 +347,8 @@ mod tests {
         assert!(correction.accepted && (correction.nis - 0.5).abs() < 1e-9);
         let moved = after.map_from_base.x - before.map_from_base.x;
         assert!((moved - sigma / 2.0).abs() < 1e-9);
-        assert!((after.covariance[0][0] - before.covariance[0][0] / 2.0).abs() < 1e-9);
+        let taken = before.covariance[0][0] - after.covariance[0][0];
+        assert!((taken - sigma * sigma / 2.0).abs() < 1e-9);
         assert!(
             !filter
                 .correct_range(2.0 + 9.0 * sigma, 2.0, gradient, sigma)

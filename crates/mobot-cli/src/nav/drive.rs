@@ -35,14 +35,19 @@ pub struct DriveParams {
     pub arrived: f64,
     /// Within this of the goal's heading it has arrived [rad].
     pub arrived_heading: f64,
+    /// And the pose is known this well, one sigma of the position [m].
+    pub sure: f64,
+    /// One sigma of the heading [rad].
+    pub sure_heading: f64,
     /// The mission may take so long [s].
     pub budget: f64,
 }
 
-impl Default for DriveParams {
-    fn default() -> Self {
+impl DriveParams {
+    /// For a round body of this radius [m].
+    #[must_use]
+    pub fn of(radius: f64) -> Self {
         let safety = SafetyParams::default();
-        let radius = safety.radius;
         Self {
             radius,
             // where nothing is nearer than what safety stops for, it never stops for what the map shows
@@ -56,8 +61,17 @@ impl Default for DriveParams {
             lost: 40.0,
             arrived: 0.05,
             arrived_heading: 2.0_f64.to_radians(),
+            sure: 0.04,
+            sure_heading: 2.0_f64.to_radians(),
             budget: f64::INFINITY,
         }
+    }
+}
+
+impl Default for DriveParams {
+    /// For a small round base.
+    fn default() -> Self {
+        Self::of(SafetyParams::default().radius)
     }
 }
 
@@ -89,6 +103,8 @@ pub struct Drive {
     settling: Option<f64>,
     attempts: u32,
     sweep: u32,
+    /// Near the goal, and not sure where.
+    searching: bool,
 }
 
 /// Frames need this long to settle the pose of a robot that stands [s].
@@ -120,6 +136,7 @@ impl Drive {
             settling: None,
             attempts: 0,
             sweep: 0,
+            searching: false,
         }
     }
 
@@ -178,7 +195,10 @@ impl Drive {
         if lasts > self.params.lost {
             let why = match seen.pose.confidence {
                 Confidence::Lost => "lost: what is seen does not fit the map around here",
-                _ => "pose too uncertain: nothing to correct it by is in view",
+                Confidence::Tracking => {
+                    "near the goal, but nothing to make sure of it by is in view"
+                }
+                Confidence::Uncertain => "pose too uncertain: nothing to correct it by is in view",
             };
             return Action::done(Outcome::GaveUp(why.to_owned()));
         }
@@ -220,6 +240,12 @@ impl Drive {
         let since = *self.settling.get_or_insert(seen.now);
         if seen.now - since < SETTLING {
             return Action::stand("settling at the goal");
+        }
+        let p = &self.params;
+        if seen.pose.position_sigma() > p.sure || seen.pose.heading_sigma() > p.sure_heading {
+            // nothing to see from here: look round, and come back
+            self.searching = true;
+            return self.find_pose(seen);
         }
         let pose = seen.pose.map_from_base;
         let off = pose.position().distance(self.goal.place);
@@ -327,7 +353,11 @@ impl Behaviour for Drive {
                 say: None,
             };
         }
-        if seen.pose.confidence != Confidence::Tracking {
+        let p = &self.params;
+        let sure =
+            || seen.pose.position_sigma() < p.sure && seen.pose.heading_sigma() < p.sure_heading;
+        self.searching = self.searching && !sure();
+        if seen.pose.confidence != Confidence::Tracking || self.searching {
             return self.find_pose(seen);
         }
         if self.lost.take().is_some() {

@@ -25,6 +25,11 @@ pub struct FilterParams {
     pub start_sigma: f64,
     /// One sigma of the start's heading [rad], above 0.
     pub start_heading_sigma: f64,
+    /// One sigma of what plan and calibration have wrong all over a place, which no number of frames averages
+    /// away [m], 0 or more; counted in every estimate.
+    pub systematic: f64,
+    /// The same for the heading [rad].
+    pub systematic_heading: f64,
     /// Past this sigma the position is uncertain [m].
     pub position_limit: f64,
     /// Past this sigma the heading is uncertain [rad].
@@ -39,6 +44,8 @@ impl Default for FilterParams {
             slip: 0.006,
             start_sigma: 0.01,
             start_heading_sigma: 0.5_f64.to_radians(),
+            systematic: 0.008,
+            systematic_heading: 0.25_f64.to_radians(),
             position_limit: 0.3,
             heading_limit: 10.0_f64.to_radians(),
         }
@@ -209,10 +216,13 @@ impl PoseFilter {
     #[must_use]
     pub fn estimate(&self) -> PoseEstimate {
         let s = &self.state;
+        let (place, heading) = (self.params.systematic, self.params.systematic_heading);
+        let floor = [place, place, heading].map(|sigma| sigma * sigma);
+        let entry = |i: usize, j: usize| self.spread[(i, j)] + if i == j { floor[i] } else { 0.0 };
         let mut estimate = PoseEstimate {
             stamp: self.stamp,
             map_from_base: Pose2::new(s[0], s[1], s[2]),
-            covariance: std::array::from_fn(|i| std::array::from_fn(|j| self.spread[(i, j)])),
+            covariance: std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j))),
             confidence: Confidence::Tracking,
         };
         if self.lost {

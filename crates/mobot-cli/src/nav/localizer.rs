@@ -77,7 +77,7 @@ struct News {
 }
 
 /// What is wrong in one place is another matter after this way [m] and after this turn [rad].
-const APART: [f64; 2] = [0.8, 0.6];
+const APART: [f64; 2] = [0.5, 0.35];
 
 /// Less news than this is waited with.
 const LEAST_NEWS: f64 = 0.02;

@@ -19,6 +19,7 @@ mod observation;
 mod runner;
 mod safety;
 mod sight;
+mod sim_eye;
 mod swath;
 
 pub use avoid::{AvoidParams, Surprises, Thing};
@@ -33,4 +34,5 @@ pub use observation::{Action, Behaviour, Motion, Mover, Observation, Sounding};
 pub use runner::{Devices, Runner, RunnerParams};
 pub use safety::{Admitted, Halt, Safety, SafetyInput, SafetyParams};
 pub use sight::{Sight, observations};
+pub use sim_eye::calibrated;
 pub use swath::{Swath, SwathMap, swath};

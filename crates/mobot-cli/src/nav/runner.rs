@@ -68,6 +68,23 @@ impl Default for RunnerParams {
     }
 }
 
+impl RunnerParams {
+    /// For a round body of this radius [m] with this sonar.
+    #[must_use]
+    pub fn of(radius: f64, sonar: SonarModel) -> Self {
+        let mut params = Self {
+            sonar,
+            ..Self::default()
+        };
+        params.safety.radius = radius;
+        params.safety.sonar_ahead = sonar.mount.x;
+        params.localizer.base_from_sonar = sonar.mount;
+        params.localizer.echo_reach = 0.9 * sonar.max_range;
+        params.avoid.base_from_sonar = sonar.mount;
+        params
+    }
+}
+
 /// The robot at work.
 #[derive(Debug)]
 pub struct Runner<B, S, C, K> {

@@ -4,14 +4,13 @@ use std::path::PathBuf;
 
 use mobot_cli::nav::{
     Cue, Devices, Entry, Event, LocalizerParams, Outcome, PoseEstimate, RunLog, Runner,
-    RunnerParams, Sight,
+    RunnerParams, Sight, calibrated,
 };
 use mobot_hw::sim::{
-    BaseParams, CameraModel, RobotParams, SimBase, SimCamera, SimClock, SimPan, SimSonar,
-    Simulation, World,
+    BaseParams, RobotParams, SimBase, SimCamera, SimClock, SimPan, SimSonar, Simulation, World,
 };
 use mobot_hw::{Turret, Twist2};
-use monocal::{CalibrateParams, FloorCamera, FloorPlan, LocateParams, Noise, Pair, calibrate};
+use monocal::{FloorPlan, LocateParams};
 use nalgebra::{Matrix3, Vector3};
 use occgrid::{Cell, MapFrame, OccupancyMap, Point2, Pose2};
 use rand::{RngExt as _, SeedableRng as _};
@@ -40,11 +39,7 @@ pub(crate) fn world_text(name: &str) -> String {
 }
 
 impl Site {
-    pub(crate) fn named(name: &str) -> Self {
-        Self::of(World::from_toml(&world_text(name)).expect("a world"))
-    }
-
-    /// The same building with other contents.
+    /// A built-in building that nobody walks in.
     pub(crate) fn without_people(name: &str) -> Self {
         let text = world_text(name);
         let end = text.find("[[people]]").unwrap_or(text.len());
@@ -120,35 +115,6 @@ fn true_map(world: &World, outline: &[[Point2; 2]]) -> OccupancyMap {
     OccupancyMap::new(frame, values, 25, 65)
 }
 
-/// The robot's camera, calibrated with 26 marks read to 0.3 px.
-pub(crate) fn calibrated(model: &CameraModel, rng: &mut Pcg64) -> FloorCamera {
-    let mut pairs = Vec::new();
-    for row in 0..6 {
-        for column in -2..=2 {
-            let floor = [2.0 + 0.8 * f64::from(row), 0.5 * f64::from(column)];
-            let at = Point2::new(floor[0], floor[1]);
-            let Some([u, v]) = model.pixel_of(Pose2::default(), at, 0.0) else {
-                continue;
-            };
-            let inside = (0.0..f64::from(model.width)).contains(&u)
-                && (0.0..f64::from(model.height)).contains(&v);
-            if inside {
-                pairs.push(Pair::new(
-                    [u + normal(rng) * 0.3, v + normal(rng) * 0.3],
-                    floor,
-                ));
-            }
-        }
-    }
-    let params = CalibrateParams {
-        noise: Noise::Pixel,
-        pixel_sigma_px: 0.3,
-        image_size: Some([model.width, model.height]),
-        ..CalibrateParams::default()
-    };
-    calibrate(&pairs, &params).expect("a calibration").camera
-}
-
 /// Box and Muller.
 pub(crate) fn normal(rng: &mut Pcg64) -> f64 {
     let (a, b): (f64, f64) = (rng.random(), rng.random());
@@ -184,7 +150,6 @@ pub(crate) struct Score {
     pub(crate) refused: [u32; 2],
     /// Commands, for comparing runs.
     pub(crate) commands: Vec<(f64, Twist2)>,
-    pub(crate) trace: Vec<(f64, PoseEstimate, Pose2, f64)>,
 }
 
 impl Score {
@@ -199,7 +164,6 @@ impl Score {
             corrections: [0; 2],
             refused: [0; 2],
             commands: Vec::new(),
-            trace: Vec::new(),
         }
     }
 
@@ -217,8 +181,6 @@ impl Score {
         if let Some(inverse) = covariance.try_inverse() {
             self.nees.push(off.dot(&(inverse * off)));
         }
-        self.trace
-            .push((truth.time, *estimate, truth.map_from_base, 0.0));
     }
 }
 
@@ -239,9 +201,6 @@ impl RunLog for Score {
             Entry::Command(command) => self.commands.push((time, command)),
             Entry::Correction(correction) => {
                 let kind = usize::from(correction.cue == Cue::Sonar);
-                if !correction.accepted && std::env::var("TRACE").is_ok() {
-                    eprintln!("{time:.2} {correction:?} {:?}", self.simulation.truth());
-                }
                 self.corrections[kind] += u32::from(correction.accepted);
                 self.refused[kind] += u32::from(!correction.accepted);
             }
@@ -277,7 +236,7 @@ pub(crate) fn runner(
         start.y + 0.01 * normal(rng),
         start.theta + 0.008 * normal(rng),
     );
-    let eye = camera.then(|| calibrated(&params.camera, rng));
+    let eye = camera.then(|| calibrated(&params.camera).expect("a camera"));
     let sight = eye.map(|eye| {
         let params = LocateParams {
             plan_sigma: 0.01,
