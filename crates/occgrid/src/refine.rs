@@ -121,6 +121,7 @@ pub struct Refinement {
     beliefs: Beliefs,
     /// Evidence for a wall of any turn on the fine lattice, from all sides.
     any: Vec<f32>,
+    main: f64,
     model: SonarModel,
     params: RefineParams,
     shots: Vec<Shot>,
@@ -143,7 +144,9 @@ impl Refinement {
         let lattice = Lattice::new(&frame, plain.limits())?;
         let rays = rays::prepare(shots, model, params, lattice.fine.resolution())?;
         let mut scratch = Scratch::new(lattice.fine, model, params);
-        let main = passes::main_direction(&rays, &mut scratch, &lattice.fine, model, params);
+        let main = params.main_direction.unwrap_or_else(|| {
+            passes::main_direction(&rays, &mut scratch, &lattice.fine, model, params)
+        });
         let beliefs = passes::explain_log(rays, &mut scratch, &lattice.fine, main, params);
         let any = beliefs.any();
         let cells = (0..frame.height())
@@ -160,6 +163,7 @@ impl Refinement {
             lattice,
             beliefs,
             any,
+            main,
             model: *model,
             params: *params,
             shots: shots.to_vec(),
@@ -176,6 +180,12 @@ impl Refinement {
     #[must_use]
     pub fn into_grid(self) -> OccupancyGrid {
         self.grid
+    }
+
+    /// The direction to which most walls are taken to be square or parallel [rad, in the map].
+    #[must_use]
+    pub const fn main_direction(&self) -> f64 {
+        self.main
     }
 
     /// For every shot of the log, the probability that its reading means what it says; `None` for readings

@@ -72,6 +72,9 @@ pub struct RefineParams {
     pub walls: f64,
     /// How much of what a place on a wall says of the places along it counts, 0 to 1; 0: walls need not be straight.
     pub straight: f64,
+    /// Direction to which most walls are square or parallel, where it is known [rad, in the map]. `None`: it is looked
+    /// for, which takes as long as ten passes over a short log.
+    pub main_direction: Option<f64>,
     /// Work allowed, as visits of a shot to a cell, 1e5 to 1e12. A log that needs more is thinned first:
     /// shots alike in place, direction and range become one. A visit takes about 50 ns.
     pub max_visits: f64,
@@ -106,6 +109,7 @@ impl Default for RefineParams {
             wall_length: 0.9,
             walls: 0.05,
             straight: 0.53,
+            main_direction: None,
             max_visits: 2e8,
         }
     }
@@ -117,7 +121,7 @@ impl RefineParams {
     /// # Errors
     /// [`RefineError::Parameter`] names the first field that is out of range.
     pub fn validate(&self) -> Result<(), RefineError> {
-        let fields: [(&'static str, f64, f64, f64); 27] = [
+        let fields: [(&'static str, f64, f64, f64); 28] = [
             ("iterations", f64::from(self.iterations), 1.0, 100.0),
             ("false_echoes", self.false_echoes, 0.001, 0.9),
             ("false_silences", self.false_silences, 0.001, 0.99),
@@ -144,6 +148,12 @@ impl RefineParams {
             ("wall_length", self.wall_length, 0.05, 1000.0),
             ("walls", self.walls, 0.001, 0.5),
             ("straight", self.straight, 0.0, 1.0),
+            (
+                "main_direction",
+                self.main_direction.unwrap_or(0.0),
+                -1e3,
+                1e3,
+            ),
             ("max_visits", self.max_visits, 1e5, 1e12),
         ];
         match fields

@@ -317,3 +317,39 @@ fn long_logs_finish() {
         assert!(refined.log_odds().iter().any(|l| *l < -1.0));
     }
 }
+
+#[test]
+fn a_known_main_direction_gives_the_map_that_finding_it_gives() {
+    let model = model();
+    let stops = [(0.0, 0.0), (1.0, 0.1), (2.0, -0.1)];
+    let shots: Vec<Shot> = stops
+        .iter()
+        .flat_map(|&(x, y)| {
+            let side = |bearing: f64, range| echo(x, y, bearing, range);
+            [side(1.2, 1.0 - y), side(-1.94, 1.0 + y)]
+        })
+        .collect();
+    let grid = plain(&shots, 0.05);
+    let found =
+        Refinement::new(&shots, &model, &grid, &RefineParams::default()).expect("a refinement");
+    let told = RefineParams {
+        main_direction: Some(found.main_direction()),
+        ..RefineParams::default()
+    };
+    let again = Refinement::new(&shots, &model, &grid, &told).expect("a refinement");
+    let bits =
+        |r: &Refinement| -> Vec<u32> { r.grid().log_odds().iter().map(|l| l.to_bits()).collect() };
+    assert_eq!(bits(&found), bits(&again));
+    let turned = RefineParams {
+        main_direction: Some(found.main_direction() + 0.4),
+        ..RefineParams::default()
+    };
+    let other = Refinement::new(&shots, &model, &grid, &turned).expect("a refinement");
+    assert_ne!(bits(&found), bits(&other));
+    let nonsense = RefineParams {
+        main_direction: Some(f64::NAN),
+        ..RefineParams::default()
+    };
+    let error = nonsense.validate().expect_err("NaN");
+    assert!(error.to_string().contains("main_direction"), "{error}");
+}
