@@ -9,5 +9,6 @@ pub mod output;
 pub mod picture;
 pub mod report;
 pub mod run_log;
+pub mod score;
 pub mod uri;
 pub mod world;
