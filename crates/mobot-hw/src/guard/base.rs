@@ -1,6 +1,8 @@
 //! Which base is guarded, and how a guard is told so on its command line.
 
-use crate::serial::{ArduinoParams, Create2Params, KobukiParams, WheelLimits, create2, kobuki};
+use crate::serial::{
+    ArduinoParams, Create2Params, KobukiParams, WheelLimits, arduino, create2, kobuki,
+};
 
 /// A base that can be guarded.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,6 +38,15 @@ impl BaseKind {
     /// it answers.
     pub(crate) const fn interruptible(&self) -> bool {
         !matches!(self, Self::Arduino(_))
+    }
+
+    /// What stops it, whatever was on the way to it and was cut off.
+    pub(crate) fn stop(&self) -> Vec<u8> {
+        match self {
+            Self::Create2(_) => create2::drive_direct(0, 0).repeat(2),
+            Self::Kobuki(_) => kobuki::base_control(0, 0),
+            Self::Arduino(_) => [&b"\r"[..], &arduino::Command::Motors(0, 0).bytes()].concat(),
+        }
     }
 
     /// The arguments that [`BaseKind::from_words`] reads.

@@ -10,11 +10,11 @@ use crate::serial::{Port, SerialError};
 use crate::{Clock as _, SystemClock};
 
 /// A port whose reads fail while a request waits or a command has run out, so that a status that is waited
-/// for makes way.
+/// for makes way; without `waiting` they never do.
 pub(super) struct Interrupted {
     pub(super) port: Port,
     pub(super) clock: SystemClock,
-    pub(super) waiting: Arc<AtomicBool>,
+    pub(super) waiting: Option<Arc<AtomicBool>>,
     pub(super) latch: Latch,
 }
 
@@ -26,7 +26,10 @@ pub(super) const MAKES_WAY: SerialError = SerialError::System(io::ErrorKind::Oth
 
 impl Read for Interrupted {
     fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
-        if self.waiting.load(Ordering::SeqCst) || self.clock.now() >= self.latch.get() {
+        let waits = |flag: &Arc<AtomicBool>| {
+            flag.load(Ordering::SeqCst) || self.clock.now() >= self.latch.get()
+        };
+        if self.waiting.as_ref().is_some_and(waits) {
             return Err(io::ErrorKind::Other.into());
         }
         self.port.read(bytes)

@@ -1,5 +1,6 @@
 //! The guard itself.
 
+use std::io::Write as _;
 use std::sync::Arc;
 
 use super::pipe::Reply;
@@ -34,7 +35,13 @@ pub fn run(arguments: impl IntoIterator<Item = String>) -> Result<(), GuardError
     let Ok(mut guard) = opened else {
         return Ok(());
     };
-    let program = Program::listen(waiting, kind.interruptible());
+    let (mut spare, stop) = (guard.spare.take(), kind.stop());
+    let program = Program::listen(waiting, move || {
+        if let Some(port) = &mut spare {
+            // one that fails is sent again
+            port.write_all(&stop).ok();
+        }
+    });
     let end = guard.serve(&program).and_then(|()| guard.settle());
     if let Err(PortGone) = end {
         drop(guard);

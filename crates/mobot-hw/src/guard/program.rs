@@ -18,8 +18,9 @@ pub(super) struct Program {
 pub(super) struct ProgramGone;
 
 impl Program {
-    /// Reads requests from now on, and sets `waiting` at their end, and where `each` asks for it for each one.
-    pub(super) fn listen(waiting: Arc<AtomicBool>, each: bool) -> Self {
+    /// Reads requests from now on, and sets `waiting` where there is one, and at their end. Then it also does
+    /// `last`, at once, whatever the guard is waiting for.
+    pub(super) fn listen(waiting: Arc<AtomicBool>, last: impl FnOnce() + Send + 'static) -> Self {
         let (sender, requests) = mpsc::channel();
         let ended = Arc::new(AtomicBool::new(false));
         let [flag, end] = [&waiting, &ended].map(Arc::clone);
@@ -32,9 +33,10 @@ impl Program {
                 };
                 // nobody takes it where the guard is about to end
                 sender.send(request).ok();
-                flag.fetch_or(each, Ordering::SeqCst);
+                flag.store(true, Ordering::SeqCst);
             }
             end.store(true, Ordering::SeqCst);
+            last();
             drop(sender);
             flag.store(true, Ordering::SeqCst);
         });

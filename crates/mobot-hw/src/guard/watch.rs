@@ -14,7 +14,7 @@ use super::port::{Interrupted, Latch, MAKES_WAY};
 use super::program::{Program, ProgramGone, answer};
 use super::wheels::Wheels;
 use crate::serial::{
-    Arduino, ArduinoParams, Create2, Create2Params, Kobuki, KobukiParams, LATCH, SerialError,
+    Arduino, ArduinoParams, Create2, Create2Params, Kobuki, KobukiParams, LATCH, Port, SerialError,
     arduino, create2, kobuki, open,
 };
 use crate::{BaseStatus, Clock as _, DeviceError as _, DifferentialDrive, FaultKind, SystemClock};
@@ -35,6 +35,8 @@ pub(super) struct PortGone;
 /// A base under guard.
 pub(super) struct Guard {
     base: Box<dyn DifferentialDrive<Error = SerialError>>,
+    /// The port once more, for a stop that waits for nothing.
+    pub(super) spare: Option<Port>,
     /// Motors are off where the base refuses.
     refusal_is_off: bool,
     pause: Duration,
@@ -69,21 +71,19 @@ impl Guard {
                 Err(_) => std::thread::sleep(PAUSE),
             }
         };
+        let spare = port.again().ok();
         let latch = Latch::new(Cell::new(f64::INFINITY));
-        let heeded = if kind.interruptible() {
-            Rc::clone(&latch)
-        } else {
-            Latch::new(Cell::new(f64::INFINITY))
-        };
         let port = Interrupted {
             port,
             clock,
-            waiting: Arc::clone(&waiting),
-            latch: heeded,
+            // what the base answers to a question is heard to its end
+            waiting: kind.interruptible().then(|| Arc::clone(&waiting)),
+            latch: Rc::clone(&latch),
         };
         let base = driver(kind, port, clock).map_err(|e| Reply::fault(&e))?;
         Ok(Self {
             base,
+            spare,
             refusal_is_off: matches!(kind, BaseKind::Create2(_)),
             pause: if kind.interruptible() {
                 Duration::ZERO

@@ -44,6 +44,17 @@ pub fn open(path: &str, baud: u32, two_stop_bits: bool) -> Result<Port, OpenErro
     Ok(Port(port))
 }
 
+impl Port {
+    /// The same port once more, to write to it from another thread.
+    ///
+    /// # Errors
+    /// The system's.
+    #[cfg(unix)]
+    pub(crate) fn again(&self) -> io::Result<Self> {
+        Ok(Self(self.0.try_clone_native()?))
+    }
+}
+
 impl Read for Port {
     fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
         self.0.read(bytes)
