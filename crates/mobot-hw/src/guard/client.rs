@@ -105,10 +105,13 @@ impl GuardedBase {
         loop {
             let left = Duration::from_secs_f64(patience).saturating_sub(began.elapsed());
             match self.replies.recv_timeout(left) {
-                Ok((_, Reply::Fault(kind, message))) => {
-                    return Err(GuardError::Base { kind, message });
+                Ok((number, reply)) if number == self.asked => {
+                    return match reply {
+                        Reply::Fault(kind, message) => Err(GuardError::Base { kind, message }),
+                        reply => Ok(reply),
+                    };
                 }
-                Ok((number, reply)) if number == self.asked => return Ok(reply),
+                // of a request that was given up
                 Ok(_) => {}
                 Err(_) => {
                     // dead, or as good as that; the pipe's end has another one started

@@ -3,6 +3,8 @@
 mod arduino;
 mod asked;
 mod battery;
+#[cfg(all(feature = "emulation", unix))]
+mod commands;
 mod create2;
 mod ff;
 mod kobuki;
