@@ -9,6 +9,8 @@ use crate::Segment;
 const PLACES: u32 = 15;
 /// Distances from the line at which either side is looked at [px]: past the blur, before the next thing.
 const BESIDE: [f64; 3] = [2.5, 3.5, 4.5];
+/// Distances behind the line at which a thin one is over: the floor goes on behind a joint of tiles [px].
+const BEHIND: [f64; 2] = [5.0, 6.0];
 /// Distances towards the camera's foot at which the floor is looked at [px].
 const BEFORE: [f64; 6] = [8.0, 12.0, 16.0, 22.0, 30.0, 40.0];
 /// Differences of gray level that mean nothing, to begin with.
@@ -20,6 +22,8 @@ pub(super) struct Surroundings {
     near: f64,
     /// Just behind it.
     far: f64,
+    /// A little farther behind it.
+    behind: Option<f64>,
     /// Farther before it, down to the camera's foot.
     before: Option<f64>,
     /// How much the levels just before it differ along it.
@@ -32,6 +36,8 @@ impl Surroundings {
         let mut counts = [0; 2];
         let mut before = [0_u8; PLACES as usize * BEFORE.len()];
         let mut count = 0;
+        let mut behind = [0_u8; PLACES as usize * BEHIND.len()];
+        let mut count_behind = 0;
         for k in 0..PLACES {
             let share = (f64::from(k) + 0.5) / f64::from(PLACES);
             let p = [0, 1].map(|i| segment.start[i] + share * (segment.end[i] - segment.start[i]));
@@ -47,6 +53,13 @@ impl Surroundings {
                         sides[side][counts[side]] = level;
                         counts[side] += 1;
                     }
+                }
+            }
+            for d in BEHIND {
+                let at = [p[0] - d * normal[0], p[1] - d * normal[1]];
+                if let Some(level) = level(image, at) {
+                    behind[count_behind] = level;
+                    count_behind += 1;
                 }
             }
             // as far from the line, whatever angle it makes with the way down
@@ -69,6 +82,7 @@ impl Surroundings {
         Self {
             near: middle,
             far: median(&mut far[..counts[1]]).unwrap_or(middle),
+            behind: median(&mut behind[..count_behind]),
             before: median(&mut before[..count]),
             spread: quarter(3) - quarter(1),
         }
@@ -77,6 +91,9 @@ impl Surroundings {
     /// How much it looks like floor before the line and like something else behind it, 0 to 1.
     pub(super) fn floor_confidence(&self) -> f64 {
         let step = (self.far - self.near).abs();
+        let step = self
+            .behind
+            .map_or(step, |b| step.min((b - self.near).abs()));
         let differs = step / (step + NOISE + 0.5 * self.spread);
         let same = match self.before {
             Some(before) => {

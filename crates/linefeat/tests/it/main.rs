@@ -1,6 +1,7 @@
 //! Integration tests: one binary for the crate.
 mod accuracy;
 mod canny;
+mod floor;
 mod hough;
 mod obstacle;
 mod pictures;

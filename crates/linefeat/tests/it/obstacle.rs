@@ -15,7 +15,7 @@ use occgrid::{Point2, Pose2};
 const RATE: f64 = 10.0;
 
 /// The view of a camera without lens distortion, by the pinhole's equations.
-fn view_of(camera: &CameraModel) -> FloorView {
+pub(crate) fn view_of(camera: &CameraModel) -> FloorView {
     let (st, ct) = camera.tilt.sin_cos();
     let (h, f) = (camera.mount_height, camera.fx);
     let [cx, cy] = [camera.cx, camera.cy];
