@@ -151,3 +151,42 @@ fn files(folder: &Path, into: &mut BTreeSet<PathBuf>) {
         }
     }
 }
+
+fn table(path: &str) -> toml::Table {
+    let text = std::fs::read_to_string(root().join(path)).expect("a manifest");
+    toml::from_str(&text).expect("TOML")
+}
+
+#[test]
+fn one_file_alone_may_be_unsafe() {
+    let mut workspace = table("Cargo.toml")["workspace"]["lints"].clone();
+    assert_eq!(workspace["rust"]["unsafe_code"].as_str(), Some("forbid"));
+    let hardware = table("crates/mobot-hw/Cargo.toml")["lints"].clone();
+    // the same but for what concerns that file
+    workspace["rust"]["unsafe_code"] = "deny".into();
+    let clippy = workspace["clippy"].as_table_mut().expect("a table");
+    clippy.insert("undocumented_unsafe_blocks".to_owned(), "deny".into());
+    assert_eq!(hardware, workspace);
+
+    let mut sources = BTreeSet::new();
+    for entry in std::fs::read_dir(root().join("crates")).expect("crates") {
+        let folder = entry.expect("entry").path();
+        files(&folder, &mut sources);
+        let name = folder.file_name().and_then(|n| n.to_str()).expect("name");
+        if name != "mobot-hw" {
+            let lints = &table(&format!("crates/{name}/Cargo.toml"))["lints"];
+            assert_eq!(lints["workspace"].as_bool(), Some(true), "{name}");
+        }
+    }
+    let is_unsafe = |path: &&PathBuf| {
+        path.extension().is_some_and(|ending| ending == "rs")
+            && std::fs::read_to_string(path)
+                .expect("source")
+                .split_whitespace()
+                .collect::<Vec<_>>()
+                .windows(2)
+                .any(|words| words[0] == "unsafe" && ["{", "impl", "fn"].contains(&words[1]))
+    };
+    let found: Vec<_> = sources.iter().filter(is_unsafe).collect();
+    assert_eq!(found, [&root().join("crates/mobot-hw/src/v4l2/node.rs")]);
+}

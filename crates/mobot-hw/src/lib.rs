@@ -3,6 +3,7 @@
     not(feature = "simulation"),
     doc = "Sonar, camera and base behind small traits. The README's example needs the feature `simulation`."
 )]
+#![cfg_attr(not(feature = "v4l2"), forbid(unsafe_code))]
 
 #[cfg(feature = "mjpeg")]
 mod camera_fault;
@@ -17,6 +18,7 @@ pub mod emulate;
 #[cfg(all(feature = "serial", unix))]
 pub mod guard;
 mod motion;
+mod picture_watch;
 #[cfg_attr(
     not(feature = "simulation"),
     expect(dead_code, reason = "the simulation needs the rest")
@@ -31,11 +33,14 @@ pub mod stream;
 mod traits;
 mod turret;
 pub mod wrap;
+#[cfg(all(feature = "v4l2", target_os = "linux"))]
+pub mod v4l2;
 
 #[cfg(feature = "mjpeg")]
 pub use camera_fault::{CameraError, FrameCounts, FrameFault};
 pub use clock::SystemClock;
 pub use motion::{Odometry, Twist2, WheelTravel};
+pub use picture_watch::{PictureFault, PictureWatch};
 pub use sense::{BaseStatus, Bearings, CameraFrame, Ping};
 pub use traits::{
     Camera, Clock, DeviceError, DifferentialDrive, FaultKind, PanActuator, RangeFinder,

@@ -7,10 +7,24 @@ use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
 use super::split::JpegFrame;
+#[cfg(all(feature = "v4l2", target_os = "linux"))]
+use super::split::{Cut, Splitter};
 use crate::FrameFault;
 
 /// Width and height that pictures may have [px].
 const SIDE_LIMIT: usize = 4096;
+
+/// The luma of the first whole frame in `bytes`, which is a camera's buffer: padding may follow.
+#[cfg(all(feature = "v4l2", target_os = "linux"))]
+pub(crate) fn grey_of_buffer(bytes: &[u8]) -> Result<GrayImage, FrameFault> {
+    let mut splitter = Splitter::new(usize::MAX);
+    splitter.push(bytes);
+    match splitter.next() {
+        Some(Cut::Frame(frame)) => grey(&frame),
+        Some(Cut::Lost(fault)) => Err(fault),
+        None => Err(FrameFault::CutShort),
+    }
+}
 
 /// The luma of a frame.
 pub(crate) fn grey(frame: &JpegFrame<'_>) -> Result<GrayImage, FrameFault> {

@@ -13,6 +13,7 @@ mod files;
 #[cfg(feature = "mjpeg")]
 mod mjpeg;
 mod motion;
+mod picture_watch;
 mod serial;
 #[cfg(feature = "simulation")]
 mod sonar;
