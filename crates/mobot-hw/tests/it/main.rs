@@ -10,6 +10,8 @@ mod determinism;
 mod emulated;
 #[cfg(feature = "simulation")]
 mod files;
+#[cfg(all(feature = "v4l2", target_os = "linux"))]
+mod guest;
 #[cfg(feature = "mjpeg")]
 mod mjpeg;
 mod motion;
