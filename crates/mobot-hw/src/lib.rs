@@ -32,9 +32,9 @@ pub mod sim;
 pub mod stream;
 mod traits;
 mod turret;
-pub mod wrap;
 #[cfg(all(feature = "v4l2", target_os = "linux"))]
 pub mod v4l2;
+pub mod wrap;
 
 #[cfg(feature = "mjpeg")]
 pub use camera_fault::{CameraError, FrameCounts, FrameFault};

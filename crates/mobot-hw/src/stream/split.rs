@@ -256,3 +256,30 @@ impl Splitter {
         Step::On
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_more_than_a_frame_is_held() {
+        let limit = 100_000;
+        let begun = [0xFF, 0xD8, 0xFF, 0xDA, 0, 2];
+        for endless in [
+            &[0x55][..],
+            &[0xFF],
+            &[0xFF, 0xE0, 0xFF, 0xFF],
+            &[0xFF, 0xD8],
+            &begun,
+        ] {
+            let mut splitter = Splitter::new(limit);
+            splitter.push(&begun);
+            let chunk = endless.repeat(65_536 / endless.len());
+            for _ in 0..200 {
+                splitter.push(&chunk);
+                while splitter.next().is_some() {}
+                assert!(splitter.held.capacity() <= 4 * limit, "{endless:?}");
+            }
+        }
+    }
+}

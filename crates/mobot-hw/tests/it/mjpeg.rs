@@ -176,6 +176,31 @@ fn after_damage_the_second_good_frame_comes() {
 }
 
 #[test]
+fn hostile_frames_are_decoded_or_refused() {
+    let long = std::env::var_os("MOBOT_LONG").is_some();
+    let stream = std::fs::read(golden("stream.mjpeg")).unwrap();
+    let mut numbers = Numbers(11);
+    let (mut given, mut damaged) = (0, 0);
+    for _ in 0..if long { 20_000 } else { 100 } {
+        let mut bytes = stream.clone();
+        for _ in 0..1 + numbers.below(200) {
+            let at = numbers.below(bytes.len());
+            match numbers.below(4) {
+                0 => bytes[at] = 0xFF,
+                1 => bytes[at] = 0,
+                2 => bytes[at] ^= 1 << numbers.below(8),
+                _ => bytes.truncate(bytes.len() - numbers.below(20)),
+            }
+        }
+        let mut camera = played(bytes);
+        all(&mut camera);
+        given += camera.counts().given;
+        damaged += camera.counts().damaged;
+    }
+    assert!(given > 100 && damaged > 100, "{given} {damaged}");
+}
+
+#[test]
 fn noise_gives_nothing_and_ends() {
     let mut numbers = Numbers(3);
     let mut noise: Vec<u8> = (0..10 << 20).map(|_| numbers.below(256) as u8).collect();
