@@ -4,7 +4,7 @@
 use rustix::io::{Errno, Result};
 
 use super::layout::{ControlQuery, ControlValue};
-use super::node::Node;
+use super::requests::Requests;
 
 /// Asks for the control after the one named.
 const NEXT: u32 = 0x8000_0000;
@@ -94,7 +94,7 @@ impl From<Errno> for Unset {
     }
 }
 
-pub(super) fn list(node: &Node) -> Result<Vec<Control>> {
+pub(super) fn list(camera: &impl Requests) -> Result<Vec<Control>> {
     let mut found = Vec::new();
     let mut last = 0;
     while found.len() < CONTROLS {
@@ -102,7 +102,7 @@ pub(super) fn list(node: &Node) -> Result<Vec<Control>> {
             id: last | NEXT,
             ..ControlQuery::default()
         };
-        match node.query_control(&mut query) {
+        match camera.query_control(&mut query) {
             Ok(()) if query.id > last => last = query.id,
             Ok(()) | Err(Errno::INVAL | Errno::NOTTY) => break,
             Err(error) => return Err(error),
@@ -112,12 +112,12 @@ pub(super) fn list(node: &Node) -> Result<Vec<Control>> {
     Ok(found)
 }
 
-pub(super) fn find(node: &Node, id: u32) -> Result<Option<Control>> {
+pub(super) fn find(camera: &impl Requests, id: u32) -> Result<Option<Control>> {
     let mut query = ControlQuery {
         id: id & !NEXT,
         ..ControlQuery::default()
     };
-    match node.query_control(&mut query) {
+    match camera.query_control(&mut query) {
         Ok(()) => Ok(control(&query)),
         Err(Errno::INVAL | Errno::NOTTY) => Ok(None),
         Err(error) => Err(error),
@@ -138,15 +138,15 @@ fn control(query: &ControlQuery) -> Option<Control> {
     })
 }
 
-pub(super) fn get(node: &Node, id: u32) -> Result<i32> {
+pub(super) fn get(camera: &impl Requests, id: u32) -> Result<i32> {
     let mut value = ControlValue { id, value: 0 };
-    node.read_control(&mut value)?;
+    camera.read_control(&mut value)?;
     Ok(value.value)
 }
 
 /// Sets it to the nearest step and gives what it then is, where it can be read.
-pub(super) fn set(node: &Node, id: u32, value: i32) -> std::result::Result<i32, Unset> {
-    let control = find(node, id)?.ok_or(Unset::Missing)?;
+pub(super) fn set(camera: &impl Requests, id: u32, value: i32) -> std::result::Result<i32, Unset> {
+    let control = find(camera, id)?.ok_or(Unset::Missing)?;
     let (minimum, maximum) = (control.minimum, control.maximum);
     let button = !control.readable;
     if !button && !(minimum..=maximum).contains(&value) {
@@ -157,11 +157,11 @@ pub(super) fn set(node: &Node, id: u32, value: i32) -> std::result::Result<i32, 
     } else {
         on_step(&control, value)
     };
-    node.set_control(&mut ControlValue { id, value })?;
+    camera.set_control(&mut ControlValue { id, value })?;
     if button {
         return Ok(value);
     }
-    match get(node, id)? {
+    match get(camera, id)? {
         found if found == value => Ok(found),
         found => Err(Unset::Ignored(found)),
     }
@@ -176,38 +176,45 @@ fn on_step(control: &Control, value: i32) -> i32 {
 }
 
 /// Sets a value for good.
-pub(super) fn fix(node: &Node, ruled: Ruled, value: i32) -> std::result::Result<i32, Unset> {
-    find(node, ruled.value)?.ok_or(Unset::Missing)?;
-    automatic_off(node, ruled)?;
-    set(node, ruled.value, value)
+pub(super) fn fix(
+    camera: &impl Requests,
+    ruled: Ruled,
+    value: i32,
+) -> std::result::Result<i32, Unset> {
+    find(camera, ruled.value)?.ok_or(Unset::Missing)?;
+    automatic_off(camera, ruled)?;
+    set(camera, ruled.value, value)
 }
 
 /// Fixes a value at what it is now; nothing where the camera has no automatic for it.
-pub(super) fn hold(node: &Node, ruled: Ruled) -> std::result::Result<(), Unset> {
-    if find(node, ruled.automatic)?.is_none() {
+pub(super) fn hold(camera: &impl Requests, ruled: Ruled) -> std::result::Result<(), Unset> {
+    if find(camera, ruled.automatic)?.is_none() {
         return Ok(());
     }
     // before: some drivers fall back to an older value when their automatic is switched off
-    let now = match find(node, ruled.value)? {
-        Some(control) if control.readable => Some(get(node, ruled.value)?),
+    let now = match find(camera, ruled.value)? {
+        Some(control) if control.readable => Some(get(camera, ruled.value)?),
         _ => None,
     };
-    automatic_off(node, ruled)?;
+    automatic_off(camera, ruled)?;
     if let Some(now) = now {
-        set(node, ruled.value, now)?;
+        set(camera, ruled.value, now)?;
     }
     Ok(())
 }
 
 /// Nothing where the camera has no automatic for it.
-pub(super) fn automatic_off(node: &Node, ruled: Ruled) -> std::result::Result<(), Unset> {
-    match set(node, ruled.automatic, ruled.off) {
+pub(super) fn automatic_off(
+    camera: &impl Requests,
+    ruled: Ruled,
+) -> std::result::Result<(), Unset> {
+    match set(camera, ruled.automatic, ruled.off) {
         Ok(_) | Err(Unset::Missing) => Ok(()),
         Err(error) => Err(error),
     }
 }
 
 /// What a value is now, if the camera has it.
-pub(super) fn reading(node: &Node, ruled: Ruled) -> Option<i32> {
-    get(node, ruled.value).ok()
+pub(super) fn reading(camera: &impl Requests, ruled: Ruled) -> Option<i32> {
+    get(camera, ruled.value).ok()
 }

@@ -12,6 +12,7 @@ mod newest;
     reason = "requests to the kernel and memory shared with it have no safe form"
 )]
 mod node;
+mod requests;
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -29,6 +30,7 @@ use self::layout::Capability;
 use self::negotiate::{Agreed, Disagreed};
 use self::newest::{About, FrameQueue, Newest, Shortfall};
 use self::node::{Filled, Node, Ring};
+use self::requests::Requests;
 use crate::{Camera, CameraError, CameraFrame, Clock, FrameCounts};
 
 /// Buffers that the driver fills in turn: one being read, one being filled, two in between.
@@ -40,9 +42,10 @@ pub struct V4l2Params {
     /// Width and height [px]; none takes what the camera stands at. A camera without this size is refused, since
     /// what was calibrated for one is wrong for another.
     pub size_px: Option<[u32; 2]>,
-    /// Frames a second [1/s], above 0; the camera takes what is nearest, see [`V4l2Settings::rate_hz`].
+    /// Frames a second [1/s], above 0; the camera takes what is nearest, see [`V4l2Settings::rate_hz`]. None keeps the
+    /// rate at which the camera stands.
     pub rate_hz: Option<f64>,
-    /// None takes the first of [`PixelFormat::ALL`] in which the camera has the size and the rate.
+    /// None takes the first of [`PixelFormat::ALL`] in which the camera has the size and comes nearest to the rate.
     pub format: Option<PixelFormat>,
     /// Exposure time for good [s], to 100 us; none leaves it to the camera. Long ones blur what moves, and lower the
     /// rate.
@@ -271,7 +274,7 @@ impl FrameQueue for Ring {
 }
 
 /// Exposure and white balance.
-fn set_light(node: &Node, path: &Path, params: &V4l2Params) -> Result<(), CameraError> {
+fn set_light(node: &impl Requests, path: &Path, params: &V4l2Params) -> Result<(), CameraError> {
     // or the rate halves in the dark; cameras without it need none
     let _ = control::set(node, EXPOSURE_MAY_SLOW, 0);
     let fix = |ruled: Ruled, value: i32, expected: String| {

@@ -5,7 +5,7 @@ use rustix::io::{Errno, Result};
 use super::V4l2Params;
 use super::format::{self, Layout, PixelFormat};
 use super::layout::{Format, FormatDescription, PixFormat, StreamParm};
-use super::node::Node;
+use super::requests::Requests;
 
 /// `V4L2_FIELD_NONE`: whole pictures.
 const PROGRESSIVE: u32 = 1;
@@ -26,11 +26,11 @@ pub(super) struct Agreed {
 }
 
 /// Codes of all formats that the camera has.
-pub(super) fn formats(node: &Node) -> Result<Vec<[u8; 4]>> {
+pub(super) fn formats(camera: &impl Requests) -> Result<Vec<[u8; 4]>> {
     let mut found = Vec::new();
     for index in 0..FORMATS {
         let mut description = FormatDescription::at(index);
-        match node.describe_format(&mut description) {
+        match camera.describe_format(&mut description) {
             Ok(()) => found.push(description.fourcc),
             Err(Errno::INVAL) => break,
             Err(error) => return Err(error),
@@ -53,24 +53,33 @@ impl From<Errno> for Disagreed {
     }
 }
 
-/// Sets the first format in which the camera gives the size and the rate; failing that, the size; failing that,
-/// none.
-pub(super) fn agree(node: &Node, params: &V4l2Params) -> std::result::Result<Agreed, Disagreed> {
-    let has = formats(node)?;
+/// Sets the first format in which the camera gives the size and comes nearest to the rate.
+pub(super) fn agree(
+    camera: &impl Requests,
+    params: &V4l2Params,
+) -> std::result::Result<Agreed, Disagreed> {
+    let has = formats(camera)?;
+    // without a wish it stays as quick as it stands: raw pixels may be slow
+    let params = &V4l2Params {
+        rate_hz: params.rate_hz.or(rate(camera, None)?),
+        ..*params
+    };
     let wanted: Vec<PixelFormat> = params.format.map_or(PixelFormat::ALL.into(), |f| vec![f]);
-    let mut best: Option<(u32, PixelFormat)> = None;
+    let mut best: Option<(Merit, PixelFormat)> = None;
     for format in wanted.iter().copied() {
         if !has.contains(&format.fourcc()) {
             continue;
         }
-        let agreed = set(node, params, format)?;
-        let score = agreed.map_or(0, |agreed| agreed.score(params));
-        if score > best.map_or(0, |(score, _)| score) {
-            best = Some((score, format));
+        let agreed = set(camera, params, format)?;
+        let merit = agreed.and_then(|agreed| agreed.merit(params));
+        if let Some(merit) = merit
+            && best.is_none_or(|(best, _)| merit.beats(best))
+        {
+            best = Some((merit, format));
         }
     }
     let agreed = match best {
-        Some((_, format)) => set(node, params, format)?,
+        Some((_, format)) => set(camera, params, format)?,
         None => None,
     };
     let names = |codes: Vec<[u8; 4]>| {
@@ -96,26 +105,41 @@ pub(super) fn agree(node: &Node, params: &V4l2Params) -> std::result::Result<Agr
     Ok(agreed)
 }
 
-impl Agreed {
-    /// 0 where it is of no use.
-    fn score(&self, params: &V4l2Params) -> u32 {
-        let size = [self.layout.width, self.layout.height];
-        if !self.whole || size.contains(&0) || size.iter().any(|side| *side > 4096) {
-            return 0;
+#[derive(Clone, Copy)]
+struct Merit {
+    sized: bool,
+    /// Up to the one wanted [1/s].
+    rate: f64,
+}
+
+impl Merit {
+    fn beats(self, other: Self) -> bool {
+        match (self.sized, other.sized) {
+            (true, false) => true,
+            (false, true) => false,
+            _ => self.rate > 1.05 * other.rate,
         }
-        let sized = params.size_px.is_none_or(|wanted| wanted == size);
-        let fast = match (params.rate_hz, self.rate) {
-            (Some(wanted), Some(found)) => found > 0.95 * wanted,
-            _ => true,
-        };
-        1 + 2 * u32::from(sized) + u32::from(sized && fast)
+    }
+}
+
+impl Agreed {
+    /// `None` where it is of no use.
+    fn merit(&self, params: &V4l2Params) -> Option<Merit> {
+        let size = [self.layout.width, self.layout.height];
+        let usable = self.whole && size.iter().all(|side| (1..=4096).contains(side));
+        usable.then(|| Merit {
+            sized: params.size_px.is_none_or(|wanted| wanted == size),
+            rate: params.rate_hz.map_or(0.0, |wanted| {
+                self.rate.map_or(wanted, |found| found.min(wanted))
+            }),
+        })
     }
 }
 
 /// `None` if the driver does not take the format after all.
-fn set(node: &Node, params: &V4l2Params, wanted: PixelFormat) -> Result<Option<Agreed>> {
+fn set(camera: &impl Requests, params: &V4l2Params, wanted: PixelFormat) -> Result<Option<Agreed>> {
     let mut current = Format::of(PixFormat::default());
-    node.read_format(&mut current)?;
+    camera.read_format(&mut current)?;
     let [width, height] = params
         .size_px
         .unwrap_or([current.pix.width, current.pix.height]);
@@ -126,7 +150,7 @@ fn set(node: &Node, params: &V4l2Params, wanted: PixelFormat) -> Result<Option<A
         field: PROGRESSIVE,
         ..PixFormat::default()
     });
-    node.set_format(&mut asked)?;
+    camera.set_format(&mut asked)?;
     let pix = asked.pix;
     if PixelFormat::of(pix.fourcc) != Some(wanted) {
         return Ok(None);
@@ -138,15 +162,15 @@ fn set(node: &Node, params: &V4l2Params, wanted: PixelFormat) -> Result<Option<A
             height: pix.height,
             stride: pix.bytes_per_line,
         },
-        rate: rate(node, params.rate_hz)?,
+        rate: rate(camera, params.rate_hz)?,
         whole: !SPLIT.contains(&pix.field),
     }))
 }
 
 /// Sets the rate, where the driver can, and reads it.
-fn rate(node: &Node, wanted: Option<f64>) -> Result<Option<f64>> {
+fn rate(camera: &impl Requests, wanted: Option<f64>) -> Result<Option<f64>> {
     let mut parm = StreamParm::time_per_frame(0, 0);
-    match node.read_parm(&mut parm) {
+    match camera.read_parm(&mut parm) {
         Ok(()) => {}
         Err(Errno::NOTTY | Errno::INVAL) => return Ok(None),
         Err(error) => return Err(error),
@@ -157,7 +181,7 @@ fn rate(node: &Node, wanted: Option<f64>) -> Result<Option<f64>> {
         // whole rates come out exact: a hair above one, and some drivers take the next
         let thousandths = (1e3 * wanted).clamp(1.0, 1e9).round() as u32;
         parm = StreamParm::time_per_frame(1000, thousandths);
-        node.set_parm(&mut parm)?;
+        camera.set_parm(&mut parm)?;
     }
     let known = parm.numerator > 0 && parm.denominator > 0;
     Ok(known.then(|| f64::from(parm.denominator) / f64::from(parm.numerator)))
