@@ -38,7 +38,7 @@ pub(super) fn python() -> Option<PathBuf> {
 
 fn run(script: &str, arguments: &[&Path]) -> Option<String> {
     let Some(python) = python() else {
-        println!("skipped: no Python 3 with venv, or {PACKAGES:?} cannot be installed");
+        eprintln!("skipped: no Python 3 with venv, or {PACKAGES:?} cannot be installed");
         return None;
     };
     let run = Command::new(python)
@@ -125,9 +125,9 @@ def check(topic, k, m):
 "#;
 
 fn log(seconds_long: u32) -> (tempfile::TempDir, PathBuf) {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().expect("a file");
     let path = folder.path().join("run.mcap");
-    std::fs::write(&path, seconds(seconds_long)).unwrap();
+    std::fs::write(&path, seconds(seconds_long)).expect("a file");
     (folder, path)
 }
 

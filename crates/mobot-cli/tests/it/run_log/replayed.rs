@@ -148,8 +148,8 @@ fn simulation() -> Simulation {
         "start = [1.0, 0.0, 0.0]
          walls = [{ from = [4, -2], to = [4, 2] }, { from = [0, 2], to = [4, 2] }]",
     )
-    .unwrap();
-    Simulation::new(world, RobotParams::default(), 7).unwrap()
+    .expect("it works");
+    Simulation::new(world, RobotParams::default(), 7).expect("it works")
 }
 
 #[test]
@@ -231,7 +231,7 @@ mod mission {
     }
 
     fn logged(path: &std::path::Path) -> Vec<Decision> {
-        entries(&std::fs::read(path).unwrap())
+        entries(&std::fs::read(path).expect("it works"))
             .into_iter()
             .filter_map(|message| match message {
                 Message::Decision(decision) => Some(decision),
@@ -242,7 +242,7 @@ mod mission {
 
     fn record(path: &std::path::Path) {
         let robot = simulation();
-        let log = Arc::new(LogWriter::create(path, params()).unwrap());
+        let log = Arc::new(LogWriter::create(path, params()).expect("it works"));
         let devices = Devices {
             base: Recorded::new(robot.base(), log.clone()),
             sonar: Recorded::new(robot.turret(), log.clone()),
@@ -250,7 +250,7 @@ mod mission {
             clock: Recorded::new(robot.clock(), log.clone()),
         };
         let start = robot.truth().map_from_base;
-        let mut runner = Runner::new(devices, start, RunnerParams::default()).unwrap();
+        let mut runner = Runner::new(devices, start, RunnerParams::default()).expect("it works");
         let mut behaviour = Onward {
             turned: 0,
             speed: 0.3,
@@ -258,11 +258,11 @@ mod mission {
         let late = || robot.truth().time > 60.0;
         let outcome = runner.run(&mut behaviour, &mut &*log, &late);
         assert_eq!(outcome, Outcome::Done);
-        log.finish().unwrap();
+        log.finish().expect("it works");
     }
 
     fn again(path: &std::path::Path, speed: f64) -> (Verdict, Option<Fault>) {
-        let replay = replay_all(path).unwrap();
+        let replay = replay_all(path).expect("it works");
         let devices = Devices {
             base: replay.clone(),
             sonar: replay.clone(),
@@ -270,7 +270,7 @@ mod mission {
             clock: replay.clone(),
         };
         let start = Pose2::new(1.0, 0.0, 0.0);
-        let mut runner = Runner::new(devices, start, RunnerParams::default()).unwrap();
+        let mut runner = Runner::new(devices, start, RunnerParams::default()).expect("it works");
         let mut check = DecisionCheck::new(logged(path).into_iter());
         let mut behaviour = Onward { turned: 0, speed };
         runner.run(&mut behaviour, &mut check, &|| replay.ended().is_some());
