@@ -117,7 +117,7 @@ impl Survey {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::nav::{Motion, PoseFilter, Sounding};
+    use crate::nav::{AvoidParams, Motion, PoseFilter, Sounding, Surprises};
     use mobot_hw::{BaseStatus, Bearings, Ping};
     use occgrid::{OccupancyGrid, Pose2};
 
@@ -125,6 +125,7 @@ mod tests {
     fn directions(bearings: Bearings, faults: bool) -> Vec<f64> {
         let mut survey = Survey::new(SurveyParams::default());
         let grid = OccupancyGrid::new(0.1).expect("a grid");
+        let surprises = Surprises::new(AvoidParams::default());
         let pose = PoseFilter::new(Pose2::default(), 0.2, crate::nav::FilterParams::default());
         let (mut heading, mut turning, mut aim) = (0.3_f64, 0.0_f64, 0.0);
         let mut now = 0.0;
@@ -157,6 +158,7 @@ mod tests {
                 bearings,
                 map: &grid,
                 movers: &[],
+                surprises: &surprises,
                 halt: None,
                 stopped: None,
             };

@@ -1,7 +1,7 @@
 //! Any command, in any pieces, is what the emulated device does.
 
 use mobot_hw::emulate::{
-    ArduinoEmulator, Create2Emulator, Emulator, KobukiEmulator, MaestroEmulator,
+    ArduinoEmulator, Create2Emulator, Emulator, KobukiEmulator, MaestroEmulator, RobotView,
 };
 use mobot_hw::serial::{ArduinoParams, arduino, create2, kobuki, maestro};
 use mobot_hw::sim::{Building, RobotParams, Simulation, World};
@@ -16,9 +16,10 @@ fn robot() -> Simulation {
 /// Feeds a command in random pieces; gives the answers.
 fn step(emulator: &mut dyn Emulator, robot: &Simulation, bytes: &[u8], dice: &mut Dice) -> Vec<u8> {
     let (mut rest, mut answers) = (bytes, Vec::new());
+    let mut robot = RobotView::new(robot);
     while !rest.is_empty() {
         let (piece, after) = rest.split_at(1 + dice.below(rest.len()));
-        answers.extend(emulator.step(piece, robot));
+        answers.extend(emulator.step(piece, &mut robot));
         rest = after;
     }
     answers
