@@ -4,9 +4,11 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+mod demo;
 mod devices;
 mod mission;
 
+pub use demo::DemoArgs;
 pub use devices::{DeviceArgs, DevicesArgs, EmulateArgs};
 pub use mission::{DriveArgs, Goal};
 
@@ -56,6 +58,8 @@ pub enum Command {
     Devices(Box<DevicesArgs>),
     /// Emulate devices of a simulated robot on pseudo-terminals, until interrupted.
     Emulate(EmulateArgs),
+    /// The whole mission in a simulated building: explore, map, plan, drive there and back; and a page about it.
+    Demo(DemoArgs),
     /// Drive to a goal on a map: plan, follow, localize, keep clear, arrive.
     Drive(Box<DriveArgs>),
     /// Own a base's port; programs start this.

@@ -1,6 +1,9 @@
 //! `mobot clean`: the paper's Fig. 5 on a map, one picture a stage, and a ledger of what each step did.
 
+use std::path::Path;
+
 use morpho::{BitImage, Cleaned, Cleaner, CleanerParams, Stage, Thinning};
+use occgrid::OccupancyMap;
 use serde::Serialize;
 use voronoi_plan::FreeSpace;
 
@@ -29,18 +32,23 @@ struct StageAnswer {
 pub(super) fn run(args: &CleanArgs, output: &Output) -> anyhow::Result<Outcome> {
     let map = super::load(&args.input, output)?;
     output.stage("cleaning");
-    let free = FreeSpace::from_map(&map).cells().clone();
-    let cleaned = Cleaner::new(params(args.paper)).clean(free)?;
-    output.stage("drawing");
-    for stage in Stage::ALL {
-        let image = cleaned.stages.get(stage);
-        write_whole(&args.output.join(picture_name(stage)), &png(image)?)?;
-    }
-    let ledger = serde_json::to_vec_pretty(&cleaned.ledger)?;
-    write_whole(&args.output.join("ledger.json"), &ledger)?;
+    let cleaned = stages(&map, args.paper, &args.output)?;
     let answer = answer(&cleaned);
     output.answer(&answer, || table(&answer, args))?;
     Ok(Outcome::Done)
+}
+
+/// A map's stages as pictures in a folder, with their ledger.
+pub(super) fn stages(map: &OccupancyMap, paper: bool, folder: &Path) -> anyhow::Result<Cleaned> {
+    let free = FreeSpace::from_map(map).cells().clone();
+    let cleaned = Cleaner::new(params(paper)).clean(free)?;
+    for stage in Stage::ALL {
+        let image = cleaned.stages.get(stage);
+        write_whole(&folder.join(picture_name(stage)), &png(image)?)?;
+    }
+    let ledger = serde_json::to_vec_pretty(&cleaned.ledger)?;
+    write_whole(&folder.join("ledger.json"), &ledger)?;
+    Ok(cleaned)
 }
 
 /// The paper's chain; or the one that never calls a cell free that the map does not: nothing is closed,

@@ -4,6 +4,7 @@ mod birdseye;
 mod calibrate;
 mod check;
 mod clean;
+mod demo;
 mod devices;
 mod drive;
 mod emulate;
@@ -48,6 +49,7 @@ pub fn run(cli: Cli) -> anyhow::Result<Outcome> {
         Command::Birdseye(args) => birdseye::run(&args, &output),
         Command::Devices(args) => devices::run(&args, &output),
         Command::Emulate(args) => emulate::run(&args, &output),
+        Command::Demo(args) => demo::run(&args, &output),
         Command::Drive(args) => drive::run(&args, &output),
         Command::Guard(args) => guard::run(args),
     }

@@ -68,6 +68,11 @@ pub fn save_overlay(overlay: &Overlay, path: &Path) -> anyhow::Result<()> {
     crate::output::write_whole(path, &bytes).with_context(|| format!("{}", path.display()))
 }
 
+/// An overlay as PNG bytes.
+pub(crate) fn overlay_png(overlay: &Overlay) -> anyhow::Result<Vec<u8>> {
+    overlay.to_png()
+}
+
 /// A colour image as PNG bytes.
 ///
 /// # Errors

@@ -1,0 +1,487 @@
+//! `mobot demo`: the whole mission in a simulated building: explore, map, plan, drive there and back; and a page
+//! about it.
+
+mod page;
+mod witness;
+
+use std::path::Path;
+use std::time::Instant;
+
+use anyhow::{Context as _, bail};
+use mobot_hw::Turret;
+use mobot_hw::sim::{
+    RobotParams, SimBase, SimCamera, SimClock, SimPan, SimSonar, Simulation, World,
+};
+use monocal::{DeriveParams, FloorPlan, LocateParams};
+use occgrid::{
+    FREE_AT_MOST, OCCUPIED_AT_LEAST, OccupancyMap, Point2, Pose2, SaveOptions, SonarModel,
+    save_map, write_log,
+};
+use serde::Serialize;
+use voronoi_plan::geojson::RouteGraph;
+use voronoi_plan::{ClearanceField, FreeSpace, Plan, Planner, VoronoiGraph};
+
+use crate::args::DemoArgs;
+use crate::interrupt::Interrupt;
+use crate::nav::{
+    self, Devices, Drive, DriveParams, Explore, ExploreParams, Goal, Runner, RunnerParams, Sight,
+};
+use crate::output::{Outcome, Output, write_whole};
+use crate::picture::{self, Color, Scene};
+use crate::report::Moment;
+use crate::run_log::{LogParams, LogWriter};
+use crate::score::{Floor, JudgedRobot, MapScore};
+use witness::Witness;
+
+#[derive(Serialize)]
+struct Answer {
+    ok: bool,
+    outcome: String,
+    map: MapAnswer,
+    graph: GraphAnswer,
+    route: RouteAnswer,
+    drive: DriveAnswer,
+    localization: Localization,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    paper: Option<page::PaperAnswer>,
+    simulated_s: f64,
+    elapsed_s: f64,
+}
+
+#[derive(Serialize)]
+struct MapAnswer {
+    explored: String,
+    stops: usize,
+    shots: usize,
+    score: Option<MapScore>,
+}
+
+#[derive(Serialize)]
+struct GraphAnswer {
+    nodes: usize,
+    arcs: usize,
+    components: usize,
+    min_clearance_m: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct RouteAnswer {
+    goal: [f64; 2],
+    length_m: f64,
+    clearance_m: f64,
+}
+
+#[derive(Serialize)]
+struct DriveAnswer {
+    reached: bool,
+    back: bool,
+    /// Distance of the robot from the goal and from its start when it said that it was there [m].
+    off_m: [f64; 2],
+    collisions: u64,
+    min_clearance_m: f64,
+    distance_m: f64,
+}
+
+/// Errors of the position while driving on the map, by what is true.
+#[derive(Serialize, Clone, Copy)]
+struct Localization {
+    mean_m: f64,
+    p95_m: f64,
+    max_m: f64,
+    odometry_only_max_m: f64,
+    /// Share of the moments in which the truth lay within the 95 % bound.
+    within_bound: f64,
+}
+
+type SimRunner = Runner<SimBase, Turret<SimSonar, SimPan>, SimCamera, SimClock>;
+
+/// The radius for which routes are certified [m]: the body's, and a hand's breadth.
+const ROOM: f64 = 0.08;
+/// One sigma of a floor plan that a sonar's map gave [m].
+const PLAN_SIGMA: f64 = 0.04;
+
+pub(super) fn run(args: &DemoArgs, output: &Output) -> anyhow::Result<Outcome> {
+    if !(args.budget > 0.0) {
+        bail!("--budget: expected a time above 0 s, found {}", args.budget);
+    }
+    let began = Instant::now();
+    let world = crate::world::load(&args.world, None)?;
+    let robot = RobotParams::default();
+    let simulation = Simulation::new(world.clone(), robot, args.seed)?;
+    let interrupt = Interrupt::watch().context("signals")?;
+    std::fs::create_dir_all(&args.out).with_context(|| format!("{}", args.out.display()))?;
+    let file = |name: &str| args.out.join(name);
+    let log = LogWriter::create(&file("run.mcap"), LogParams::default())
+        .with_context(|| format!("{}", file("run.mcap").display()))?;
+    let mut witness = Witness::new(&log, &simulation, output);
+
+    let mut mission = Mission::begin(&simulation, &robot, args.budget)?;
+    let explored = mission.explore(&mut witness, &|| interrupt.came());
+    let made = mission.map(&args.out, &mut witness)?;
+    let there = mission.farthest(&made);
+    let driven = mission.drive(&made, there.as_ref(), &robot, &mut witness, &|| {
+        interrupt.came()
+    })?;
+
+    let score = score(&made.map, &world, &robot, witness.map_from_world());
+    let truth = simulation.truth();
+    let localization = localization(&witness.moments, driven.began);
+    let paper = args
+        .paper
+        .then(|| page::paper(&made.map, made.radius, &args.out))
+        .transpose()?;
+    let answer = Answer {
+        ok: driven.reached && driven.back && truth.collisions == 0,
+        outcome: driven.outcome,
+        map: MapAnswer {
+            explored: words(&explored),
+            stops: mission.explore.seen().stops().len(),
+            shots: mission.explore.seen().shots().len(),
+            score,
+        },
+        graph: GraphAnswer {
+            nodes: made.graph.nodes.len(),
+            arcs: made.graph.arcs.len(),
+            components: made.graph.components(),
+            min_clearance_m: made.graph.min_clearance(),
+        },
+        route: there.as_ref().map_or(
+            RouteAnswer {
+                goal: [f64::NAN; 2],
+                length_m: 0.0,
+                clearance_m: 0.0,
+            },
+            |route| RouteAnswer {
+                goal: route.points.last().map_or([f64::NAN; 2], |p| [p.x, p.y]),
+                length_m: route.length,
+                clearance_m: route.clearance,
+            },
+        ),
+        drive: DriveAnswer {
+            reached: driven.reached,
+            back: driven.back,
+            off_m: driven.off,
+            collisions: truth.collisions,
+            min_clearance_m: truth.least_clearance,
+            distance_m: truth.driven,
+        },
+        localization,
+        paper,
+        simulated_s: truth.time,
+        elapsed_s: began.elapsed().as_secs_f64(),
+    };
+    output.stage("writing the page");
+    let walls = world.floor_outline();
+    let html = page::html(&answer, args, &made, &walls, &robot, &witness)?;
+    write(&file("report.html"), html.as_bytes())?;
+    write(&file("events.jsonl"), &page::events(&witness.events))?;
+    write(
+        &file("summary.json"),
+        (serde_json::to_string_pretty(&answer)? + "\n").as_bytes(),
+    )?;
+    log.finish()
+        .with_context(|| format!("{}", file("run.mcap").display()))?;
+    output.answer(&answer, || text(&answer, &args.out))?;
+    Ok(if answer.ok {
+        Outcome::Done
+    } else {
+        Outcome::No
+    })
+}
+
+fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    write_whole(path, bytes).with_context(|| format!("{}", path.display()))
+}
+
+/// What the exploration left.
+struct Made {
+    map: OccupancyMap,
+    graph: VoronoiGraph,
+    plan: FloorPlan,
+    radius: f64,
+}
+
+/// How the drives ended.
+struct Driven {
+    outcome: String,
+    /// When the first began [s].
+    began: f64,
+    reached: bool,
+    back: bool,
+    off: [f64; 2],
+}
+
+/// The robot on its way through the mission.
+struct Mission {
+    runner: Option<SimRunner>,
+    explore: Explore,
+    sonar: SonarModel,
+    radius: f64,
+}
+
+impl Mission {
+    fn begin(simulation: &Simulation, robot: &RobotParams, budget: f64) -> anyhow::Result<Self> {
+        let devices = Devices {
+            base: simulation.base(),
+            sonar: simulation.turret(),
+            camera: Some(simulation.camera()),
+            clock: simulation.clock(),
+        };
+        let params = ExploreParams {
+            budget,
+            ..ExploreParams::default()
+        };
+        let sonar = SonarModel {
+            blanking: robot.sonar.blanking,
+            sigma: 0.05,
+            mount: robot.base_from_sonar,
+            ..params.sonar
+        };
+        let runner = RunnerParams::of(robot.base.radius, sonar);
+        Ok(Self {
+            runner: Some(Runner::new(devices, Pose2::default(), runner)?),
+            explore: Explore::new(params)?,
+            sonar,
+            radius: robot.base.radius,
+        })
+    }
+
+    fn explore<L: nav::RunLog>(
+        &mut self,
+        witness: &mut Witness<'_, L>,
+        interrupted: &dyn Fn() -> bool,
+    ) -> nav::Outcome {
+        witness.say("exploring");
+        let runner = self.runner.as_mut().expect("a robot");
+        runner.run(&mut self.explore, witness, interrupted)
+    }
+
+    /// Map, stages, roadmap and floor plan, saved.
+    fn map<L: nav::RunLog>(
+        &self,
+        folder: &Path,
+        witness: &mut Witness<'_, L>,
+    ) -> anyhow::Result<Made> {
+        witness.say("explaining all shots at once");
+        let grid = self.explore.map()?;
+        let map = grid.to_occupancy_map(FREE_AT_MOST, OCCUPIED_AT_LEAST);
+        save_map(
+            &folder.join("map.yaml"),
+            &map,
+            Some(grid.log_odds()),
+            &SaveOptions::default(),
+        )?;
+        let mut shots = Vec::new();
+        write_log(&mut shots, self.explore.seen().shots())?;
+        write(&folder.join("sonar.csv"), &shots)?;
+        write(
+            &folder.join("sensor.toml"),
+            toml::to_string(&self.sonar)?.as_bytes(),
+        )?;
+        super::clean::stages(&map, false, &folder.join("stages"))?;
+        let radius = self.radius + ROOM;
+        let graph = super::graph::roadmap(&FreeSpace::from_map(&map), radius)?;
+        let text = RouteGraph::from_voronoi(&graph).to_geojson()?;
+        write(&folder.join("graph.geojson"), &text)?;
+        let mut scene = Scene::of_map(&map);
+        super::graph::draw(&mut scene, &graph);
+        picture::save(&scene, &folder.join("graph.svg")).context("picture")?;
+        let plan = FloorPlan::from_map(&map, &DeriveParams::default());
+        if !plan.is_empty() {
+            write(&folder.join("plan.geojson"), plan.to_geojson().as_bytes())?;
+        }
+        Ok(Made {
+            map,
+            graph,
+            plan,
+            radius,
+        })
+    }
+
+    /// The longest of the routes to the nodes of the roadmap.
+    fn farthest(&self, made: &Made) -> Option<voronoi_plan::Route> {
+        let runner = self.runner.as_ref()?;
+        let here = runner.filter().estimate().map_from_base.position();
+        let space = FreeSpace::from_map(&made.map);
+        let planner = Planner::new(&space, &made.graph, ClearanceField::new(&space));
+        let routes =
+            made.graph
+                .nodes
+                .iter()
+                .filter_map(|node| match planner.plan(here, node.point) {
+                    Plan::Ok(route) => Some(route),
+                    _ => None,
+                });
+        routes.max_by(|a, b| a.length.total_cmp(&b.length))
+    }
+
+    /// There and back.
+    fn drive<L: nav::RunLog>(
+        &mut self,
+        made: &Made,
+        there: Option<&voronoi_plan::Route>,
+        robot: &RobotParams,
+        witness: &mut Witness<'_, L>,
+        interrupted: &dyn Fn() -> bool,
+    ) -> anyhow::Result<Driven> {
+        let mut driven = Driven {
+            outcome: "nowhere to go".to_owned(),
+            began: f64::INFINITY,
+            reached: false,
+            back: false,
+            off: [f64::NAN; 2],
+        };
+        let Some(goal) = there.and_then(|route| route.points.last()) else {
+            return Ok(driven);
+        };
+        let params = LocateParams {
+            plan_sigma: PLAN_SIGMA,
+            ..LocateParams::default()
+        };
+        let eye =
+            nav::calibrated(&robot.camera).context("the simulated camera sees too few marks")?;
+        let sight = Sight::new(eye, made.plan.clone(), params).context("camera")?;
+        let runner = self.runner.take().expect("a robot");
+        let mut runner = runner.knowing(made.map.clone(), made.plan.clone(), Some(sight));
+        driven.began = runner.filter().estimate().stamp;
+        witness.say(format!("driving to ({:.2}, {:.2})", goal.x, goal.y));
+        let outcome = go(&mut runner, made, *goal, witness, interrupted);
+        driven.reached = outcome == nav::Outcome::Done;
+        driven.off[0] = witness.truth().position().distance(*goal);
+        driven.outcome = words(&outcome);
+        if driven.reached {
+            witness.say("driving back");
+            let outcome = go(
+                &mut runner,
+                made,
+                Point2::new(0.0, 0.0),
+                witness,
+                interrupted,
+            );
+            driven.back = outcome == nav::Outcome::Done;
+            driven.off[1] = witness.truth().position().distance(Point2::new(0.0, 0.0));
+            driven.outcome = words(&outcome);
+        }
+        self.runner = Some(runner);
+        Ok(driven)
+    }
+}
+
+fn go<L: nav::RunLog>(
+    runner: &mut SimRunner,
+    made: &Made,
+    place: Point2,
+    witness: &mut Witness<'_, L>,
+    interrupted: &dyn Fn() -> bool,
+) -> nav::Outcome {
+    let goal = Goal {
+        place,
+        heading: None,
+    };
+    let params = DriveParams {
+        budget: 900.0,
+        ..DriveParams::of(made.radius - ROOM)
+    };
+    let mut drive = Drive::new(made.map.clone(), goal, params);
+    runner.run(&mut drive, witness, interrupted)
+}
+
+fn words(outcome: &nav::Outcome) -> String {
+    match outcome {
+        nav::Outcome::Done => "done".into(),
+        nav::Outcome::BudgetOver => "the time is over".into(),
+        nav::Outcome::GaveUp(why) => format!("gave up: {why}"),
+        nav::Outcome::Stopped(cause) => format!("stopped: {cause}"),
+        nav::Outcome::Interrupted => "interrupted".into(),
+    }
+}
+
+fn score(
+    map: &OccupancyMap,
+    world: &World,
+    robot: &RobotParams,
+    map_from_world: Pose2,
+) -> Option<MapScore> {
+    let judged = JudgedRobot {
+        radius: robot.base.radius,
+        height: robot.base.height,
+    };
+    let floor = Floor::of(world, judged)?;
+    Some(MapScore::of(
+        map,
+        map_from_world.inverse(),
+        world,
+        &floor,
+        judged,
+    ))
+}
+
+fn localization(moments: &[Moment], began: f64) -> Localization {
+    let off = |m: &Moment, pose: Pose2| {
+        m.truth
+            .map_or(f64::NAN, |truth| truth.position().distance(pose.position()))
+    };
+    let driving: Vec<&Moment> = moments.iter().filter(|m| m.time >= began).collect();
+    let mut errors: Vec<f64> = driving.iter().map(|m| off(m, m.estimate)).collect();
+    errors.sort_by(f64::total_cmp);
+    let count = errors.len().max(1) as f64;
+    let within = driving.iter().filter(|m| off(m, m.estimate) <= m.bound);
+    Localization {
+        mean_m: errors.iter().sum::<f64>() / count,
+        p95_m: errors.get(errors.len() * 95 / 100).copied().unwrap_or(0.0),
+        max_m: errors.last().copied().unwrap_or(0.0),
+        odometry_only_max_m: driving
+            .iter()
+            .map(|m| off(m, m.odometry))
+            .fold(0.0, f64::max),
+        within_bound: within.count() as f64 / count,
+    }
+}
+
+fn text(answer: &Answer, folder: &Path) -> String {
+    let Answer {
+        map,
+        graph,
+        route,
+        drive,
+        localization,
+        ..
+    } = answer;
+    let score = map.score.map_or_else(String::new, |score| {
+        format!(
+            "; {:.1} % of the reachable floor, walls off by {:.1} cm on average",
+            100.0 * score.coverage,
+            100.0 * score.offset_mean_m
+        )
+    });
+    format!(
+        "explored: {} stops, {} shots ({}){score}\n\
+         roadmap: {} nodes, {} arcs, least clearance {:.3} m; route of {:.1} m with {:.3} m on either side\n\
+         there: {}, {:.1} cm off; back: {}, {:.1} cm off; {:.0} m driven in {:.0} s, collisions {}\n\
+         pose off by {:.1} cm on average, {:.1} cm at most (by wheels alone {:.1} cm)\n\
+         {:.1} s; the page about it: {}",
+        map.stops,
+        map.shots,
+        map.explored,
+        graph.nodes,
+        graph.arcs,
+        graph.min_clearance_m.unwrap_or(0.0),
+        route.length_m,
+        route.clearance_m,
+        drive.reached,
+        100.0 * drive.off_m[0],
+        drive.back,
+        100.0 * drive.off_m[1],
+        drive.distance_m,
+        answer.simulated_s,
+        drive.collisions,
+        100.0 * localization.mean_m,
+        100.0 * localization.max_m,
+        100.0 * localization.odometry_only_max_m,
+        answer.elapsed_s,
+        folder.join("report.html").display()
+    )
+}
+
+/// The colour of lines that a camera sees.
+const SEEN: Color = Color(0, 158, 115);

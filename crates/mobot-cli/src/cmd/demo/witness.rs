@@ -1,0 +1,157 @@
+//! What the page about a mission is made of, collected on the way.
+
+use std::collections::BTreeMap;
+
+use image::GrayImage;
+use mobot_hw::sim::Simulation;
+use occgrid::{Point2, Pose2};
+
+use crate::nav::{Cue, Entry, Event, PoseEstimate, RunLog, StopCause};
+use crate::output::Output;
+use crate::report::{Moment, Sweep};
+
+/// Shots of a sweep that is shown.
+const SWEEP_SHOTS: usize = 20;
+/// Sweeps that are shown at most.
+const MOST_SWEEPS: usize = 4;
+/// Time between pictures that are kept [s].
+const FRAME_EVERY: f64 = 5.0;
+/// Radius that holds 95 of 100 draws of a normal distribution in the plane, in sigmas.
+const WITHIN_95: f64 = 2.447_746_830_680_816;
+
+/// Looks on, and writes to the run's log what it is told.
+pub(super) struct Witness<'a, L> {
+    log: L,
+    simulation: &'a Simulation,
+    map_from_world: Pose2,
+    output: &'a Output,
+    estimate: Option<PoseEstimate>,
+    pub(super) moments: Vec<Moment>,
+    pub(super) events: Vec<(f64, String, bool)>,
+    pub(super) frames: Vec<(f64, GrayImage)>,
+    pub(super) sweeps: Vec<Sweep>,
+    pub(super) routes: Vec<Vec<Point2>>,
+    /// Corrections that were taken and refused, by what they came from.
+    pub(super) corrections: BTreeMap<&'static str, [u32; 2]>,
+    sweep: Sweep,
+}
+
+impl<'a, L: RunLog> Witness<'a, L> {
+    /// Of a robot that stands at the map's origin.
+    pub(super) fn new(log: L, simulation: &'a Simulation, output: &'a Output) -> Self {
+        Self {
+            log,
+            simulation,
+            map_from_world: simulation.truth().map_from_base.inverse(),
+            output,
+            estimate: None,
+            moments: Vec::new(),
+            events: Vec::new(),
+            frames: Vec::new(),
+            sweeps: Vec::new(),
+            routes: Vec::new(),
+            corrections: BTreeMap::new(),
+            sweep: Sweep {
+                time: 0.0,
+                soundings: Vec::new(),
+            },
+        }
+    }
+
+    /// The building's frame in the map's.
+    pub(super) const fn map_from_world(&self) -> Pose2 {
+        self.map_from_world
+    }
+
+    /// A line for the reader of the page.
+    pub(super) fn say(&mut self, text: impl Into<String>) {
+        let text = text.into();
+        self.output.stage(text.clone());
+        self.events
+            .push((self.simulation.truth().time, text, false));
+    }
+
+    /// Where the robot is, in the map.
+    pub(super) fn truth(&self) -> Pose2 {
+        let truth = self.simulation.truth().map_from_base;
+        self.map_from_world.compose(truth)
+    }
+
+    fn heard(&mut self, time: f64, ping: &mobot_hw::Ping) {
+        if self.sweeps.len() >= MOST_SWEEPS {
+            return;
+        }
+        if self.sweep.soundings.is_empty() {
+            self.sweep.time = time;
+        }
+        self.sweep.soundings.push((ping.bearing, ping.reading));
+        if self.sweep.soundings.len() == SWEEP_SHOTS {
+            let sweep = std::mem::replace(
+                &mut self.sweep,
+                Sweep {
+                    time,
+                    soundings: Vec::new(),
+                },
+            );
+            let apart = |i: usize| sweep.soundings[i].0 != sweep.soundings[i - 1].0;
+            // one all round, not a stare ahead
+            if (1..SWEEP_SHOTS).all(apart) {
+                self.sweeps.push(sweep);
+            }
+        }
+    }
+
+    fn moved(&mut self, time: f64, odometry: Pose2) {
+        let Some(estimate) = &self.estimate else {
+            return;
+        };
+        self.moments.push(Moment {
+            time,
+            estimate: estimate.map_from_base,
+            bound: WITHIN_95 * estimate.position_sigma(),
+            odometry,
+            truth: Some(self.truth()),
+        });
+    }
+}
+
+impl<L: RunLog> RunLog for Witness<'_, L> {
+    fn record(&mut self, time: f64, entry: Entry<'_>) {
+        self.log.record(time, entry);
+        match entry {
+            Entry::Pose(estimate) => self.estimate = Some(*estimate),
+            Entry::Odometry(pose) => self.moved(time, pose),
+            Entry::Ping(sounding) => self.heard(time, &sounding.ping),
+            Entry::Command(command) if command != mobot_hw::Twist2::default() => {
+                self.sweep.soundings.clear();
+            }
+            Entry::Route(points) => self.routes.push(points.to_vec()),
+            Entry::Frame(frame) => {
+                if self
+                    .frames
+                    .last()
+                    .is_none_or(|(t, _)| time - t >= FRAME_EVERY)
+                {
+                    self.frames.push((time, frame.image.clone()));
+                }
+            }
+            Entry::Correction(correction) => {
+                let cue = if correction.cue == Cue::Sonar {
+                    "sonar"
+                } else {
+                    "camera"
+                };
+                let [taken, refused] = self.corrections.entry(cue).or_default();
+                *(if correction.accepted { taken } else { refused }) += 1;
+            }
+            Entry::Event(event) => {
+                let stop =
+                    matches!(event, Event::Stop(cause) if !matches!(cause, StopCause::Wanted(_)));
+                let text = event.to_string();
+                self.output.stage(text.clone());
+                self.events.push((time, text, stop));
+            }
+            _ => {}
+        }
+    }
+}
