@@ -133,13 +133,12 @@ impl PoseFilter {
         self.state
             .fixed_rows_mut::<3>(0)
             .copy_from_slice(&[x, y, theta]);
-        for i in 0..6 {
-            for j in 0..3 {
-                let value = if i < 3 { covariance[i][j] } else { 0.0 };
-                self.spread[(i, j)] = value;
-                self.spread[(j, i)] = value;
-            }
-        }
+        let pose = Spread::from_fn(|i, j| match (covariance.get(i), j) {
+            (Some(row), 0..3) => row[j],
+            _ if i >= 3 && j >= 3 => self.spread[(i, j)],
+            _ => 0.0,
+        });
+        self.spread = pose;
         (self.state, self.spread) = self.carried(forth);
     }
 

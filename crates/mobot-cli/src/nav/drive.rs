@@ -56,7 +56,7 @@ impl DriveParams {
                 .to_vec(),
             follow: FollowParams::default(),
             avoid: AvoidParams::default(),
-            patience: 2.0,
+            patience: 3.0,
             blocked: 60.0,
             lost: 40.0,
             arrived: 0.05,
@@ -304,12 +304,16 @@ impl Drive {
             self.follower = Some(Follower::new(here, self.goal.heading, self.params.follow));
             return None;
         }
-        let impatient = taken || lasts >= self.params.patience;
+        // what is new may be somebody who walks on: who moves towards people in a beam this narrow meets them
+        let impatient = lasts >= self.params.patience;
         if impatient && seen.now - self.planned >= REPLAN {
             return Some(match self.plan(seen, "the way is blocked") {
                 Ok(event) => Action::stand("new route").saying(event),
                 Err(_) => Action::stand("no other way: waiting"),
             });
+        }
+        if taken && !impatient {
+            return Some(Action::stand("waiting for what is in the way"));
         }
         if obstacle && seen.twist.linear.abs() > 1e-3 {
             return Some(Action::stand("the way is blocked"));

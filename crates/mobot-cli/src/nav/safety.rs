@@ -535,7 +535,7 @@ mod tests {
         let heard = prop::option::weighted(
             0.9,
             (
-                prop_oneof![3 => -0.3..0.3, 1 => -3.14..3.14],
+                prop_oneof![3 => -0.3..0.3, 1 => -3.1..3.1],
                 prop::bool::weighted(0.95),
                 readings(),
             ),
@@ -699,7 +699,7 @@ mod tests {
             now += 0.05;
             distance += 0.01;
             let at = Pose2::new(distance, 0.0, 0.0);
-            if now < 2.0 || now > 5.0 {
+            if !(2.0..=5.0).contains(&now) {
                 // never quite the same, as a real echo
                 let range = 4.0 - distance;
                 safety.hear(&sounding(now, 0.0, Reading::Echo { range }, at));
@@ -714,9 +714,9 @@ mod tests {
                 stopped.get_or_insert(now);
             }
             let resumed = safety.resume(now);
-            if now < 2.2 || now > 6.1 {
+            if !(2.2..=6.1).contains(&now) {
                 assert!(resumed, "{now}");
-            } else if now > 2.35 && now < 5.9 {
+            } else if (2.35..5.9).contains(&now) {
                 assert!(!resumed, "{now}");
             }
         }

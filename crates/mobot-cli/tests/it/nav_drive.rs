@@ -87,7 +87,7 @@ fn table(name: &str, site: &Site, seeds: u64) -> [f64; 3] {
     let share = 100.0 * f64::from(reached) / seeds as f64;
     let average = mean(&errors);
     let most = errors.iter().copied().fold(0.0, f64::max);
-    println!(
+    eprintln!(
         "{name:8} reached {share:.0} % of {seeds}, contacts {collisions}, least room {clearance:.3} m; pose mean {:.1} cm, 95 % {:.1}, max {:.1}; odometry alone max {:.0} cm; mean NEES {:.2}; {driven:.0} m in {time:.0} s, {:.0} s of wall time",
         average * 100.0,
         quantile(&mut errors, 0.95) * 100.0,
