@@ -8,13 +8,18 @@ use mobot_hw::sim::{Building, RobotParams, Simulation, World};
 
 use super::battery::{self, Dice};
 
-fn robot() -> Simulation {
+fn robot() -> RobotView {
     let world = World::new(&Building::default()).expect("a world");
-    Simulation::new(world, RobotParams::default(), 1).expect("a robot")
+    RobotView::new(&Simulation::new(world, RobotParams::default(), 1).expect("a robot"))
 }
 
 /// Feeds a command in random pieces; gives the answers.
-fn step(emulator: &mut dyn Emulator, robot: &Simulation, bytes: &[u8], dice: &mut Dice) -> Vec<u8> {
+fn step(
+    emulator: &mut dyn Emulator,
+    robot: &mut RobotView,
+    bytes: &[u8],
+    dice: &mut Dice,
+) -> Vec<u8> {
     let (mut rest, mut answers) = (bytes, Vec::new());
     let mut robot = RobotView::new(robot);
     while !rest.is_empty() {
@@ -31,11 +36,11 @@ fn drives(
     start: &[u8],
     mut any: impl FnMut(&mut Dice) -> (Vec<u8>, [f64; 2]),
 ) {
-    let (robot, mut dice) = (robot(), Dice(12));
-    step(&mut emulator, &robot, start, &mut dice);
+    let (mut robot, mut dice) = (robot(), Dice(12));
+    step(&mut emulator, &mut robot, start, &mut dice);
     for _ in 0..battery::cases() {
         let (bytes, meant) = any(&mut dice);
-        step(&mut emulator, &robot, &bytes, &mut dice);
+        step(&mut emulator, &mut robot, &bytes, &mut dice);
         let wheels = emulator.wheels().expect("it has wheels");
         let apart = |k: usize| (wheels[k] - meant[k]).abs();
         assert!(apart(0) < 1e-9 && apart(1) < 1e-9, "{bytes:?}: {wheels:?}");
@@ -69,7 +74,7 @@ fn any_drive_command_in_any_pieces() {
 
 #[test]
 fn any_target_in_any_pieces() {
-    let (robot, mut dice, mut emulator) = (robot(), Dice(13), MaestroEmulator::default());
+    let (mut robot, mut dice, mut emulator) = (robot(), Dice(13), MaestroEmulator::default());
     for _ in 0..battery::cases() {
         let target = dice.word() & 0x3FFF;
         let bytes = [
@@ -78,7 +83,7 @@ fn any_target_in_any_pieces() {
             maestro::Command::Errors.bytes(),
         ]
         .concat();
-        let answers = step(&mut emulator, &robot, &bytes, &mut dice);
+        let answers = step(&mut emulator, &mut robot, &bytes, &mut dice);
         let [low, high, errors @ ..] = &answers[..] else {
             panic!("{answers:?}");
         };
