@@ -62,9 +62,19 @@ pub enum Command {
     Demo(DemoArgs),
     /// Drive to a goal on a map: plan, follow, localize, keep clear, arrive.
     Drive(Box<DriveArgs>),
+    /// Run a mission again from its log: its devices answer as they did, its decisions are compared.
+    Replay(ReplayArgs),
     /// Own a base's port; programs start this.
     #[command(hide = true)]
     Guard(GuardArgs),
+}
+
+/// `mobot replay`
+#[derive(Debug, Args)]
+pub struct ReplayArgs {
+    /// Log that `mobot drive` or `mobot explore` has written.
+    #[arg(value_name = "RUN.mcap")]
+    pub log: PathBuf,
 }
 
 /// How an echo's evidence is spread over range (Choi, Ryu, Kim 1999, section 2.1).

@@ -21,6 +21,7 @@ pub enum Outcome {
 #[derive(Debug)]
 pub struct Output {
     json: bool,
+    silent: bool,
     bar: Option<ProgressBar>,
 }
 
@@ -36,7 +37,21 @@ impl Output {
             bar.enable_steady_tick(Duration::from_millis(100));
             bar
         });
-        Self { json, bar }
+        Self {
+            json,
+            silent: false,
+            bar,
+        }
+    }
+
+    /// Neither answers nor progress: a command that runs inside another.
+    #[must_use]
+    pub const fn silent() -> Self {
+        Self {
+            json: false,
+            silent: true,
+            bar: None,
+        }
     }
 
     /// Says on stderr what is being done now.
@@ -58,6 +73,9 @@ impl Output {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
+        if self.silent {
+            return Ok(());
+        }
         let line = if self.json {
             serde_json::to_string(json)?
         } else {
@@ -71,6 +89,9 @@ impl Output {
     /// # Errors
     /// If stdout cannot be written.
     pub fn batch_line(&self, json: &impl Serialize) -> anyhow::Result<()> {
+        if self.silent {
+            return Ok(());
+        }
         line_to_stdout(&serde_json::to_string(json)?)
     }
 }

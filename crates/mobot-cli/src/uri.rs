@@ -12,6 +12,7 @@
 //! # Ok::<(), mobot_cli::uri::UriError>(())
 //! ```
 
+mod again;
 mod base;
 mod boxed;
 mod camera;

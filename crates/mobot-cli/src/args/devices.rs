@@ -32,6 +32,9 @@ pub struct DeviceArgs {
     /// Where the simulated robot stands at first, map frame of the building [m, m, rad].
     #[arg(long, value_name = "X,Y,THETA", allow_hyphen_values = true, value_parser = triple)]
     pub robot_start: Option<[f64; 3]>,
+    /// Let all devices answer from the log of a mission; `mobot replay` does.
+    #[arg(long, value_name = "RUN.mcap", hide = true)]
+    pub from_log: Option<PathBuf>,
 }
 
 /// `mobot devices`

@@ -16,6 +16,7 @@ mod lines;
 mod locate;
 mod map;
 mod plan;
+mod replay;
 mod sensor;
 mod target_sheet;
 mod why;
@@ -34,7 +35,11 @@ use crate::output::{Outcome, Output};
 /// For input that cannot be used and output that cannot be written; the message is one line.
 pub fn run(cli: Cli) -> anyhow::Result<Outcome> {
     let output = Output::new(cli.json, cli.quiet);
-    match cli.command {
+    dispatch(cli.command, output)
+}
+
+fn dispatch(command: Command, output: Output) -> anyhow::Result<Outcome> {
+    match command {
         Command::Map(args) => map::run(&args, &output),
         Command::Clean(args) => clean::run(&args, &output),
         Command::Graph(args) => graph::run(&args, &output),
@@ -51,6 +56,7 @@ pub fn run(cli: Cli) -> anyhow::Result<Outcome> {
         Command::Emulate(args) => emulate::run(&args, &output),
         Command::Demo(args) => demo::run(&args, &output),
         Command::Drive(args) => drive::run(&args, &output),
+        Command::Replay(args) => replay::run(&args, &output),
         Command::Guard(args) => guard::run(args),
     }
 }

@@ -61,6 +61,11 @@ impl Decision {
             Entry::Odometry(Pose2 { x, y, theta }) => {
                 ("odometry", vec![*x, *y, *theta], String::new())
             }
+            Entry::Correction(correction) => {
+                let numbers = vec![correction.nis, correction.freedom as f64];
+                let text = format!("{:?} accepted {}", correction.cue, correction.accepted);
+                ("correction", numbers, text)
+            }
             Entry::Command(Twist2 { linear, angular }) => {
                 ("command", vec![*linear, *angular], String::new())
             }

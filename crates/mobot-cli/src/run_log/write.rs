@@ -91,6 +91,8 @@ struct State {
     flushed: f64,
     /// The last pose by the wheels, and when.
     moved: Option<(f64, Pose2)>,
+    /// How many decisions there were.
+    decided: u64,
     /// Stamp and number of the last picture: one that comes twice is written once.
     pictured: Option<(u64, u64)>,
 }
@@ -129,6 +131,7 @@ impl LogWriter {
                 wall: WallTime::new(params.stamps),
                 flushed: f64::NEG_INFINITY,
                 moved: None,
+                decided: 0,
                 pictured: None,
             }),
         })
@@ -293,7 +296,15 @@ impl LogWriter {
 
     /// A decision, to be compared byte for byte.
     pub fn decision(&self, decision: &Decision) {
-        self.state().write(decision.time, decision);
+        let mut state = self.state();
+        state.decided += 1;
+        state.write(decision.time, decision);
+    }
+
+    /// How many decisions there were.
+    #[must_use]
+    pub fn decided(&self) -> u64 {
+        self.state().decided
     }
 
     /// Something that the run was given, at most 32 MiB; more is left out, and an event says so.

@@ -9,10 +9,12 @@ use mobot_hw::sim::{RobotParams, Simulation};
 use mobot_hw::{PanActuator, SystemClock};
 use occgrid::SonarModel;
 
+use super::again::open_again;
 use super::boxed::{BoxedBase, BoxedCamera, BoxedClock, BoxedSonar, Mounted, Plain};
 use super::{Base, Camera, SerialLine, Sonar, SonarKind, Turret, Uri};
 use crate::args::DeviceArgs;
 use crate::nav::Devices;
+use crate::run_log::Again;
 
 /// A robot that is ready.
 pub struct Opened {
@@ -22,6 +24,8 @@ pub struct Opened {
     pub sensor: SonarModel,
     /// The simulated robot, where they are its devices: for its truth, which is for scoring alone.
     pub simulation: Option<Simulation>,
+    /// The log that the devices answer from, where they do.
+    pub again: Option<Again>,
 }
 
 /// Opens devices.
@@ -29,6 +33,9 @@ pub struct Opened {
 /// # Errors
 /// Where they do not go together, or one cannot be opened; the message names it.
 pub fn open(args: &DeviceArgs) -> anyhow::Result<Opened> {
+    if let Some(log) = &args.from_log {
+        return open_again(args, log);
+    }
     let simulation = simulation(args)?;
     let clock = SystemClock::start();
     // the base last: once it is open, nothing but driving takes time
@@ -53,6 +60,7 @@ pub fn open(args: &DeviceArgs) -> anyhow::Result<Opened> {
         },
         sensor: args.sonar.device.sensor(),
         simulation,
+        again: None,
     })
 }
 

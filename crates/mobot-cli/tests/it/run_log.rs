@@ -3,6 +3,7 @@
 mod cut;
 mod foreign;
 mod hostile;
+mod recipe;
 mod replayed;
 mod written;
 

@@ -40,6 +40,7 @@ fn simulated_devices_are_of_one_robot() {
         mut devices,
         sensor,
         simulation,
+        ..
     } = opened([
         "--camera",
         "sim:",
