@@ -21,10 +21,9 @@ fn step(
     dice: &mut Dice,
 ) -> Vec<u8> {
     let (mut rest, mut answers) = (bytes, Vec::new());
-    let mut robot = RobotView::new(robot);
     while !rest.is_empty() {
         let (piece, after) = rest.split_at(1 + dice.below(rest.len()));
-        answers.extend(emulator.step(piece, &mut robot));
+        answers.extend(emulator.step(piece, robot));
         rest = after;
     }
     answers
