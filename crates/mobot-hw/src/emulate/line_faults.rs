@@ -90,15 +90,15 @@ mod tests {
     fn a_slow_line_keeps_order_and_bytes() {
         let mut line = FaultyLine::new(Dice::new(1));
         let late = LineFaults {
-            delay: 0.2,
+            delay: 0.25, // sums of eighths are exact
             ..LineFaults::default()
         };
         assert!(line.carry(b"one", &late, 0.0).is_empty());
-        assert!(line.carry(b"two", &late, 0.1).is_empty());
-        assert_eq!(line.carry(&[], &late, 0.2), b"one");
+        assert!(line.carry(b"two", &late, 0.125).is_empty());
+        assert_eq!(line.carry(&[], &late, 0.25), b"one");
         // quick again, but not past what is on its way
-        assert!(line.carry(b"!", &LineFaults::default(), 0.25).is_empty());
-        assert_eq!(line.carry(&[], &late, 0.3), b"two!");
+        assert!(line.carry(b"!", &LineFaults::default(), 0.3125).is_empty());
+        assert_eq!(line.carry(&[], &late, 0.375), b"two!");
     }
 
     #[test]
