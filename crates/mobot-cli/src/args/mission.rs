@@ -33,7 +33,7 @@ pub struct DriveArgs {
     /// The goal is given up after this time [s].
     #[arg(long, value_name = "SECONDS", default_value_t = 3600.0)]
     pub budget: f64,
-    /// Folder for what is left of the run: summary.json and events.jsonl.
+    /// Folder for what is left of the run: summary.json, events.jsonl and the run log run.mcap.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
 }

@@ -1,9 +1,11 @@
 //! `mobot drive`: to a goal on a map, with any devices.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use anyhow::{Context as _, bail};
 use mobot_hw::sim::{RobotParams, Simulation};
+use mobot_hw::wrap::Recorded;
 use mobot_hw::{Camera, Clock, DifferentialDrive, RangeFinder};
 use monocal::{DeriveParams, FloorCamera, FloorPlan, LocateParams};
 use occgrid::{LoadOptions, OccupancyMap, Point2, Pose2, SonarModel, load_map};
@@ -16,6 +18,7 @@ use crate::nav::{
     StopCause, Trouble,
 };
 use crate::output::{self, Output, write_whole};
+use crate::run_log::{LogParams, LogWriter, SonarFrame};
 use crate::uri;
 
 /// The largest floor plan [bytes].
@@ -66,6 +69,7 @@ pub(super) fn run(args: &DriveArgs, output: &Output) -> anyhow::Result<output::O
     let interrupt = Interrupt::watch().context("signals")?;
     std::fs::create_dir_all(&args.out).with_context(|| format!("{}", args.out.display()))?;
     let opened = uri::open(&args.devices)?;
+    let log = run_log(&args.out, &opened.sensor)?;
     let eye = match (&args.camera_file, &opened.devices.camera) {
         (Some(path), Some(_)) => Some(FloorCamera::load(path)?),
         (None, Some(_)) if opened.simulation.is_some() => Some(simulated_eye()?),
@@ -95,13 +99,12 @@ pub(super) fn run(args: &DriveArgs, output: &Output) -> anyhow::Result<output::O
         sensor: opened.sensor,
         budget: args.budget,
     };
-    let done = driven(
-        opened.devices,
-        opened.simulation.as_ref(),
-        job,
-        output,
-        &|| interrupt.came(),
-    )?;
+    let devices = recorded(opened.devices, &log);
+    let truth = opened.simulation.as_ref();
+    let mut tally = Tally::new(truth, job.start, &log, output);
+    let done = driven(devices, job, &mut tally, &|| interrupt.came())?;
+    log.finish()
+        .with_context(|| format!("{}", args.out.join(LOG).display()))?;
     save(&args.out, &done)?;
     output.answer(&done.answer, || text(&done.answer, &args.out))?;
     Ok(match done.outcome {
@@ -143,11 +146,52 @@ struct Driven {
     events: Vec<String>,
 }
 
+/// The run log: it is on disk up to the last moment, whatever ends the program.
+const LOG: &str = "run.mcap";
+
+fn run_log(folder: &Path, sensor: &SonarModel) -> anyhow::Result<Arc<LogWriter>> {
+    let path = folder.join(LOG);
+    let sonar = SonarFrame {
+        beam: sensor.beam_width,
+        min_range: sensor.blanking,
+        max_range: sensor.max_range,
+        base_from_sonar: sensor.mount,
+    };
+    let params = LogParams {
+        sonar,
+        ..LogParams::default()
+    };
+    let log = LogWriter::create(&path, params).with_context(|| format!("{}", path.display()))?;
+    Ok(Arc::new(log))
+}
+
+type Taped<D> = Recorded<D, Arc<LogWriter>>;
+
+/// The same devices, every call of which is in the log.
+fn recorded<B, S, C, K>(
+    devices: Devices<B, S, C, K>,
+    log: &Arc<LogWriter>,
+) -> Devices<Taped<B>, Taped<S>, Taped<C>, Taped<K>>
+where
+    B: DifferentialDrive,
+    S: RangeFinder,
+    C: Camera,
+    K: Clock,
+{
+    Devices {
+        base: Recorded::new(devices.base, log.clone()),
+        sonar: Recorded::new(devices.sonar, log.clone()),
+        camera: devices
+            .camera
+            .map(|camera| Recorded::new(camera, log.clone())),
+        clock: Recorded::new(devices.clock, log.clone()),
+    }
+}
+
 fn driven<B, S, C, K>(
     devices: Devices<B, S, C, K>,
-    simulation: Option<&Simulation>,
     job: Job,
-    output: &Output,
+    tally: &mut Tally<'_>,
     interrupted: &dyn Fn() -> bool,
 ) -> anyhow::Result<Driven>
 where
@@ -157,8 +201,6 @@ where
     K: Clock,
 {
     let params = RunnerParams::of(job.radius, job.sensor);
-    let began = devices.clock.now();
-    let mut tally = Tally::new(simulation, job.start, output);
     let mut drive = Drive::new(
         job.map.clone(),
         job.goal,
@@ -168,11 +210,12 @@ where
         },
     );
     let mut runner = Runner::new(devices, job.start, params)?.knowing(job.map, job.plan, job.sight);
-    let outcome = runner.run(&mut drive, &mut tally, interrupted);
+    let began = runner.now();
+    let outcome = runner.run(&mut drive, tally, interrupted);
     let estimate = runner.filter().estimate();
     let pose = estimate.map_from_base;
     let reached = outcome == Outcome::Done;
-    let truth = simulation.map(Simulation::truth);
+    let truth = tally.simulation.map(Simulation::truth);
     let answer = Answer {
         ok: reached || outcome == Outcome::Interrupted,
         outcome: described(&outcome),
@@ -185,13 +228,13 @@ where
             goal: [job.goal.place.x, job.goal.place.y],
         },
         localization: tally.localization(),
-        elapsed_s: estimate.stamp - began,
+        elapsed_s: runner.now() - began,
         stops: tally.stops,
     };
     Ok(Driven {
         outcome,
         answer,
-        events: tally.events,
+        events: std::mem::take(&mut tally.events),
     })
 }
 
@@ -244,6 +287,7 @@ fn text(answer: &Answer, folder: &Path) -> String {
 struct Tally<'a> {
     simulation: Option<&'a Simulation>,
     map_from_world: Pose2,
+    log: &'a LogWriter,
     output: &'a Output,
     events: Vec<String>,
     stops: usize,
@@ -255,11 +299,17 @@ struct Tally<'a> {
 }
 
 impl<'a> Tally<'a> {
-    fn new(simulation: Option<&'a Simulation>, start: Pose2, output: &'a Output) -> Self {
+    fn new(
+        simulation: Option<&'a Simulation>,
+        start: Pose2,
+        log: &'a LogWriter,
+        output: &'a Output,
+    ) -> Self {
         let world_from_base = simulation.map_or_else(Pose2::default, |s| s.truth().map_from_base);
         Self {
             simulation,
             map_from_world: start.compose(world_from_base.inverse()),
+            log,
             output,
             events: Vec::new(),
             stops: 0,
@@ -291,6 +341,7 @@ impl<'a> Tally<'a> {
 
 impl RunLog for Tally<'_> {
     fn record(&mut self, time: f64, entry: Entry<'_>) {
+        (&mut &*self.log).record(time, entry);
         match entry {
             Entry::Event(event) => {
                 self.stops += usize::from(matches!(event, Event::Stop(_)));

@@ -167,6 +167,12 @@ where
         self
     }
 
+    /// The time of the last step [s].
+    #[must_use]
+    pub const fn now(&self) -> f64 {
+        self.now
+    }
+
     /// The map made so far.
     #[must_use]
     pub const fn map(&self) -> &OccupancyGrid {

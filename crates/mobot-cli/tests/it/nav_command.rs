@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use mobot_cli::run_log::{LogReader, Message};
 use occgrid::{SaveOptions, save_map};
 use serde_json::Value;
 
@@ -53,13 +54,13 @@ fn a_simulated_robot_drives_to_its_goal() {
     let summary: Value = serde_json::from_slice(&summary).expect("JSON");
     assert_eq!(summary, answer);
     let events = std::fs::read_to_string(out.join("events.jsonl")).expect("events");
-    assert!(
-        events
-            .lines()
-            .last()
-            .expect("events")
-            .contains("stop: done")
-    );
+    let last = events.lines().last().expect("events");
+    assert!(last.contains("stop: done"), "{last}");
+    let poses = LogReader::open(&out.join("run.mcap"))
+        .expect("a run log")
+        .filter(|entry| matches!(entry.as_ref().expect("whole").message, Message::Pose(_)))
+        .count();
+    assert!(poses > 50, "{poses}");
 }
 
 #[test]

@@ -4,7 +4,7 @@ use mobot_cli::nav::{Confidence, Drive, DriveParams, Event, Goal, Outcome, StopC
 use mobot_hw::sim::World;
 use occgrid::{Point2, Pose2};
 
-use crate::nav_worlds::{Score, Site, long, robot, runner, seeded, world_text};
+use crate::nav_worlds::{Score, Site, robot, runner, seeded, seeds, world_text};
 
 /// The office with more in it than on its map.
 fn office_with(extra: &str, people: bool) -> Site {
@@ -36,7 +36,7 @@ fn a_box_in_the_corridor_is_gone_round() {
         "[[boxes]]\nat = [5.0, -0.55]\nsize = [0.4, 0.5]\nheight = 0.8\n",
         false,
     );
-    for seed in 0..if long() { 50 } else { 2 } {
+    for seed in 0..seeds(2, 50) {
         let mut rng = seeded(seed);
         let (simulation, mut runner) = runner(&site, robot(&mut rng), true, seed, &mut rng);
         let mut score = Score::new(&simulation);
@@ -65,7 +65,7 @@ fn a_corridor_that_is_shut_is_said_to_be_blocked() {
 #[test]
 fn people_who_walk_the_corridor_are_not_run_into() {
     let site = office_with("", true);
-    let (mut arrived, mut overtaken, runs) = (0, 0, if long() { 50 } else { 2 });
+    let (mut arrived, mut overtaken, runs) = (0, 0, seeds(2, 50));
     for seed in 0..runs {
         let mut rng = seeded(seed);
         let (simulation, mut runner) = runner(&site, robot(&mut rng), true, seed, &mut rng);
@@ -101,7 +101,7 @@ fn people_who_walk_the_corridor_are_not_run_into() {
 #[test]
 fn a_kidnapped_robot_stops_and_finds_itself_or_says_that_it_is_lost() {
     let site = office_with("", false);
-    let (mut found, runs) = (0, if long() { 100 } else { 2 });
+    let (mut found, runs) = (0, seeds(2, 100));
     for seed in 0..runs {
         let mut rng = seeded(seed);
         let (simulation, mut runner) = runner(&site, robot(&mut rng), true, seed, &mut rng);

@@ -264,7 +264,11 @@ pub(crate) fn seeded(seed: u64) -> Pcg64 {
     Pcg64::seed_from_u64(seed)
 }
 
-/// Whether the long form was asked for.
-pub(crate) fn long() -> bool {
-    std::env::var("MOBOT_LONG").is_ok_and(|v| v == "1")
+/// How many seeds to run: few, or many in the long form (`MOBOT_LONG=1`), or `MOBOT_SEEDS`.
+pub(crate) fn seeds(few: u64, many: u64) -> u64 {
+    let asked = std::env::var("MOBOT_SEEDS")
+        .ok()
+        .and_then(|n| n.parse().ok());
+    let long = std::env::var("MOBOT_LONG").is_ok_and(|v| v == "1");
+    asked.unwrap_or(if long { many } else { few })
 }
