@@ -8,23 +8,23 @@
 #[cfg(unix)]
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     use mobot_hw::guard::BaseKind;
-    use mobot_hw::serial::{ArduinoParams, Create2Params, KobukiParams};
+    use mobot_hw::serial::{ArduinoParams, Create2Params, KobukiParams, arduino, create2, kobuki};
 
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let kind = match arguments.first().map(String::as_str) {
+    let (kind, baud) = match arguments.first().map(String::as_str) {
         // the program is its own guard
         Some("guard") => return Ok(mobot_hw::guard::run(arguments.into_iter().skip(1))?),
-        Some("create2") => BaseKind::Create2(Create2Params::default()),
-        Some("kobuki") => BaseKind::Kobuki(KobukiParams::default()),
+        Some("create2") => (BaseKind::Create2(Create2Params::default()), create2::BAUD),
+        Some("kobuki") => (BaseKind::Kobuki(KobukiParams::default()), kobuki::BAUD),
         // check its track and its counts for a metre
-        Some("arduino") => BaseKind::Arduino(ArduinoParams::default()),
+        Some("arduino") => (BaseKind::Arduino(ArduinoParams::default()), arduino::BAUD),
         _ => {
             println!("guarded_base create2|kobuki|arduino PORT");
             return Ok(());
         }
     };
     let port = arguments.get(1).ok_or("which port?")?;
-    unix::there_and_back(port, &kind)
+    unix::there_and_back(port, baud, &kind)
 }
 
 #[cfg(unix)]
@@ -34,11 +34,12 @@ mod unix {
 
     pub(crate) fn there_and_back(
         port: &str,
+        baud: u32,
         kind: &BaseKind,
     ) -> Result<(), Box<dyn std::error::Error>> {
         let mut clock = SystemClock::start();
         let executable = std::env::current_exe()?;
-        let mut base = GuardedBase::spawn(&executable, port, kind, clock)?;
+        let mut base = GuardedBase::spawn(&executable, port, baud, kind, clock)?;
         println!("{:?}", base.status()?);
         for speed in [0.1, -0.1] {
             for _ in 0..20 {

@@ -1,9 +1,10 @@
 //! From device URIs to devices behind the traits.
 
 use anyhow::{Context as _, bail};
+use mobot_hw::guard::{BaseKind, GuardedBase};
 use mobot_hw::serial::{
-    Arduino, Create2, FfParams, FfSonar, Kobuki, Maestro, MaxBotix, Port, Srf02, Srf02Params,
-    Urm37, Urm37Params, Us100, Us100Params,
+    FfParams, FfSonar, Maestro, MaxBotix, Port, Srf02, Srf02Params, Urm37, Urm37Params, Us100,
+    Us100Params,
 };
 use mobot_hw::sim::{RobotParams, Simulation};
 use mobot_hw::{PanActuator, SystemClock};
@@ -137,18 +138,23 @@ pub(crate) fn open_base(
             (Base::Sim, Some(robot)) => Box::new(Plain(robot.base())),
             (Base::Sim, None) => bail!("there is no simulated robot here"),
             (Base::Create2 { line, params }, _) => {
-                Box::new(Plain(Create2::open(port(line, false)?, clock, *params)?))
+                guarded(line, &BaseKind::Create2(*params), clock)?
             }
-            (Base::Kobuki { line, params }, _) => {
-                Box::new(Plain(Kobuki::open(port(line, false)?, clock, *params)?))
-            }
+            (Base::Kobuki { line, params }, _) => guarded(line, &BaseKind::Kobuki(*params), clock)?,
             (Base::Arduino { line, params }, _) => {
-                Box::new(Plain(Arduino::open(port(line, false)?, clock, *params)?))
+                guarded(line, &BaseKind::Arduino(*params), clock)?
             }
             (Base::Replay(_), _) => bail!("recordings cannot be opened here"),
         })
     };
     open().with_context(|| uri.text.clone())
+}
+
+/// Has a process of its own drive a base, which stops it whatever becomes of this one.
+fn guarded(line: &SerialLine, base: &BaseKind, clock: SystemClock) -> anyhow::Result<BoxedBase> {
+    let mobot = std::env::current_exe()?;
+    let base = GuardedBase::spawn(&mobot, &line.port, line.baud, base, clock)?;
+    Ok(Box::new(Plain(base)))
 }
 
 /// Opens a sonar on what turns it. Without a word about that, a simulated one and a URM37 turn by themselves,

@@ -306,7 +306,15 @@ fn numpy_header(path: &Path) -> String {
 
 #[test]
 fn a_guard_says_why_it_cannot_open_its_port_and_is_not_in_the_help() {
-    let words = ["guard", "/nowhere/base", "create2", "0.5", "1", "0.1"];
+    let words = [
+        "guard",
+        "/nowhere/base",
+        "115200",
+        "create2",
+        "0.5",
+        "1",
+        "0.1",
+    ];
     let run = mobot(words);
     assert_eq!(run.status, 0, "{}", run.stderr);
     assert!(
@@ -314,7 +322,7 @@ fn a_guard_says_why_it_cannot_open_its_port_and_is_not_in_the_help() {
         "{}",
         run.stdout
     );
-    let run = mobot(&words[..4]);
+    let run = mobot(&words[..5]);
     assert_eq!(run.status, 2);
     assert_eq!(run.stderr.lines().count(), 1, "{}", run.stderr);
     assert!(!mobot(["--help"]).stdout.contains("guard"));

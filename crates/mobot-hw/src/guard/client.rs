@@ -33,15 +33,16 @@ pub struct GuardedBase {
 
 impl GuardedBase {
     /// Starts the guard, and waits until it has opened and stopped the base. `executable` is run with
-    /// the arguments `guard`, and then those that [`run`](super::run) takes; `port` is best a stable name
-    /// as in `/dev/serial/by-id`. Stamps are on `clock`.
+    /// the arguments `guard`, and then those that [`run`](super::run) takes; `path` is the port, best by a
+    /// stable name as in `/dev/serial/by-id`. Stamps are on `clock`.
     ///
     /// # Errors
     /// [`GuardError::Start`]; [`GuardError::Base`] where the base cannot be opened; [`GuardError::Gone`]
     /// where the guard ends without a word or says nothing for 6 s.
     pub fn spawn(
         executable: &Path,
-        port: &str,
+        path: &str,
+        baud: u32,
         base: &BaseKind,
         clock: SystemClock,
     ) -> Result<Self, GuardError> {
@@ -49,7 +50,7 @@ impl GuardedBase {
             let mut command = Command::new(executable);
             // a group of its own: keys that interrupt or stop the program do not reach the guard
             command
-                .args(["guard", port])
+                .args(["guard", path, &baud.to_string()])
                 .args(base.words())
                 .process_group(0);
             command

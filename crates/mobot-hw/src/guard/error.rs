@@ -12,7 +12,7 @@ pub enum GuardError {
     #[error("the guard does not start: {0}")]
     Start(#[source] std::io::Error),
     /// The guard was started with other arguments than [`GuardedBase`](super::GuardedBase) gives.
-    #[error("guard: expected PATH BASE and its numbers, found {found:?}")]
+    #[error("guard: expected PATH BAUD BASE and its numbers, found {found:?}")]
     Arguments {
         /// The arguments.
         found: Vec<String>,

@@ -21,16 +21,13 @@ const HELD: f64 = 1.0;
 /// [`GuardError::Arguments`]. Whatever happens to the base is told over the pipe.
 pub fn run(arguments: impl IntoIterator<Item = String>) -> Result<(), GuardError> {
     let arguments: Vec<String> = arguments.into_iter().collect();
-    let [path, name, numbers @ ..] = &arguments[..] else {
-        return Err(GuardError::Arguments { found: arguments });
-    };
-    let Some(kind) = BaseKind::from_words(name, numbers) else {
+    let Some((port, kind)) = read(&arguments) else {
         return Err(GuardError::Arguments { found: arguments });
     };
     outlive_signals();
     let clock = SystemClock::start();
     let waiting = Arc::default();
-    let opened = Guard::open(&kind, path, clock, Arc::clone(&waiting), HELD);
+    let opened = Guard::open(&kind, port, clock, Arc::clone(&waiting), HELD);
     answer(0, &opened.as_ref().err().cloned().unwrap_or(Reply::Done));
     let Ok(mut guard) = opened else {
         return Ok(());
@@ -45,9 +42,18 @@ pub fn run(arguments: impl IntoIterator<Item = String>) -> Result<(), GuardError
     let end = guard.serve(&program).and_then(|()| guard.settle());
     if let Err(PortGone) = end {
         drop(guard);
-        stop_when_back(&kind, path, clock, &program);
+        stop_when_back(&kind, port, clock, &program);
     }
     Ok(())
+}
+
+/// The port, its baud rate, and the base.
+fn read(arguments: &[String]) -> Option<((&str, u32), BaseKind)> {
+    let [path, baud, name, numbers @ ..] = arguments else {
+        return None;
+    };
+    let kind = BaseKind::from_words(name, numbers)?;
+    Some(((path, baud.parse().ok()?), kind))
 }
 
 /// A stopped service, or an interrupted terminal, ends all of a program's processes at once.
@@ -60,7 +66,7 @@ fn outlive_signals() {
 }
 
 /// The port is gone: waits until it is back, and stops the base. Nothing is driven any more.
-fn stop_when_back(kind: &BaseKind, path: &str, clock: SystemClock, program: &Program) {
+fn stop_when_back(kind: &BaseKind, port: (&str, u32), clock: SystemClock, program: &Program) {
     let mut alone_since = None;
     loop {
         match program.next(PAUSE) {
@@ -74,7 +80,7 @@ fn stop_when_back(kind: &BaseKind, path: &str, clock: SystemClock, program: &Pro
                 std::thread::sleep(PAUSE);
             }
         }
-        if let Ok(mut guard) = Guard::open(kind, path, clock, Arc::default(), 0.0)
+        if let Ok(mut guard) = Guard::open(kind, port, clock, Arc::default(), 0.0)
             && guard.settle().is_ok()
         {
             return;

@@ -15,7 +15,7 @@ use super::program::{Program, ProgramGone, answer};
 use super::wheels::Wheels;
 use crate::serial::{
     Arduino, ArduinoParams, Create2, Create2Params, Kobuki, KobukiParams, LATCH, Port, SerialError,
-    arduino, create2, kobuki, open,
+    open,
 };
 use crate::{BaseStatus, Clock as _, DeviceError as _, DifferentialDrive, FaultKind, SystemClock};
 
@@ -51,16 +51,11 @@ impl Guard {
     /// Opens the base, which stops it. A port that exists is tried again for so many seconds.
     pub(super) fn open(
         kind: &BaseKind,
-        path: &str,
+        (path, baud): (&str, u32),
         clock: SystemClock,
         waiting: Arc<AtomicBool>,
         held: f64,
     ) -> Result<Self, Reply> {
-        let baud = match kind {
-            BaseKind::Create2(_) => create2::BAUD,
-            BaseKind::Kobuki(_) => kobuki::BAUD,
-            BaseKind::Arduino(_) => arduino::BAUD,
-        };
         let until = clock.now() + held;
         let port = loop {
             match open(path, baud, false) {

@@ -3,14 +3,14 @@
 use std::io::BufRead as _;
 
 use mobot_hw::guard::{BaseKind, GuardedBase};
-use mobot_hw::serial::{ArduinoParams, Create2Params, KobukiParams};
+use mobot_hw::serial::{ArduinoParams, Create2Params, KobukiParams, arduino, create2, kobuki};
 use mobot_hw::{Clock as _, DeviceError as _, DifferentialDrive as _, SystemClock, Twist2};
 
-pub(crate) fn kind(name: &str) -> BaseKind {
+fn kind(name: &str) -> (BaseKind, u32) {
     match name {
-        "create2" => BaseKind::Create2(Create2Params::default()),
-        "kobuki" => BaseKind::Kobuki(KobukiParams::default()),
-        "arduino" => BaseKind::Arduino(ArduinoParams::default()),
+        "create2" => (BaseKind::Create2(Create2Params::default()), create2::BAUD),
+        "kobuki" => (BaseKind::Kobuki(KobukiParams::default()), kobuki::BAUD),
+        "arduino" => (BaseKind::Arduino(ArduinoParams::default()), arduino::BAUD),
         _ => panic!("{name}"),
     }
 }
@@ -20,8 +20,8 @@ pub(crate) fn obey(arguments: &[String]) {
         panic!("{arguments:?}");
     };
     let executable = std::env::current_exe().expect("this executable");
-    let clock = SystemClock::start();
-    let mut base = match GuardedBase::spawn(&executable, port, &kind(name), clock) {
+    let (clock, (kind, baud)) = (SystemClock::start(), kind(name));
+    let mut base = match GuardedBase::spawn(&executable, port, baud, &kind, clock) {
         Ok(base) => base,
         Err(error) => return println!("fault {:?} {error}", error.kind()),
     };
