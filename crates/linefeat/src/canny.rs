@@ -16,6 +16,7 @@ use crate::{
 
 /// How gx and gy make a magnitude.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Norm {
     /// |gx| + |gy|
     #[default]
@@ -26,6 +27,7 @@ pub enum Norm {
 
 /// Parameters of [`canny`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CannyParams {
     /// A pixel above this magnitude is an edge if a strong one leads to it [Sobel units: 4 x the step in
     /// gray levels], 0 to 2040. Raised: gaps.
@@ -70,6 +72,7 @@ impl CannyParams {
 
 /// Parameters of [`canny_modified`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ModifiedCannyParams {
     /// Edges outside are left out; the thresholds are those of the inside. Larger: more time.
     pub region: Region,

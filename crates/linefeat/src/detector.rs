@@ -7,6 +7,7 @@ use crate::{Canny, CannyParams, EdgeMap, Segment, SegmentParams, Segments};
 
 /// Parameters of a [`Detector`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct DetectorParams {
     /// What is an edge pixel.
     pub canny: CannyParams,

@@ -6,6 +6,7 @@ use crate::bits::Bits;
 
 /// An edge pixel and the gradient there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct EdgePixel {
     /// Column.
     pub u: u32,

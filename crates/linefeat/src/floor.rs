@@ -18,6 +18,7 @@ use plane::Plane;
 
 /// Parameters of [`floor_features`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FloorParams {
     /// Shortest floor edge [px], above 0. Raised: clutter goes, and walls seen between doors.
     pub edge_length_px: f64,
@@ -45,6 +46,7 @@ impl Default for FloorParams {
 
 /// A line where a wall, or what stands like one, meets the floor.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FloorEdge {
     /// Index into the segments.
     pub segment: usize,
@@ -54,6 +56,7 @@ pub struct FloorEdge {
 
 /// A vertical that reaches down to a floor edge.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct DoorEdge {
     /// Index into the segments.
     pub segment: usize,
@@ -63,6 +66,7 @@ pub struct DoorEdge {
 
 /// Where a vertical meets the floor: at a floor edge, or where it ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct DoorCorner {
     /// Place (u, v) [px].
     pub pixel: [f64; 2],
@@ -78,6 +82,7 @@ pub struct DoorCorner {
 
 /// The floor features of a frame.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FloorFeatures {
     /// In the order of the segments.
     pub edges: Vec<FloorEdge>,

@@ -7,7 +7,7 @@ use crate::peaks::Peaks;
 
 /// A line `u cos(theta) + v sin(theta) = rho` of pixels (u, v), pixel centres at integers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Line {
     /// Signed distance from the centre of pixel (0, 0) along the normal [px].
     pub rho: f64,
@@ -19,6 +19,7 @@ pub struct Line {
 
 /// Which lines an edge pixel votes for.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Voting {
     /// All lines through it: the standard transform.
     AllDirections,
@@ -34,6 +35,7 @@ pub enum Voting {
 
 /// Parameters of [`hough`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct HoughParams {
     /// Width of a bin of rho [px], above 0. Raised: less memory, more lines a bin.
     pub rho_px: f64,

@@ -30,6 +30,7 @@ use crate::floor_view::{FloorView, product, times};
 
 /// What a map knows about a place on the floor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum FloorState {
     /// Floor, and nothing stands on it for good.
     Free,
@@ -81,6 +82,7 @@ impl Default for ObstacleParams {
 
 /// A place on the floor that something left or came to between two frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MovedRegion {
     /// Middle of the foot of what moved, halfway between the two frames; odometry frame [m]. Where it
     /// moved along the line of sight, of the nearer of both places.

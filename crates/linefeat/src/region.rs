@@ -4,6 +4,7 @@ use std::ops::Range;
 
 /// The part of a picture to look at.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Region {
     /// All of it.
     #[default]

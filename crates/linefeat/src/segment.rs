@@ -11,7 +11,7 @@ use crate::profile::Profiles;
 
 /// A straight edge, from dark to bright on one side.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Segment {
     /// One end (u, v) [px], on the line.
     pub start: [f64; 2],
@@ -39,6 +39,7 @@ impl Segment {
 
 /// Parameters of [`segments`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SegmentParams {
     /// Least extent along the nearer axis of the picture [px], from 8. Raised: short segments go.
     pub length_px: u32,

@@ -28,6 +28,7 @@ const HALF_DEPTH: [f64; 2] = [0.1, 0.25];
 
 /// A thing that is followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Track {
     /// Number of the track, never used again.
     pub id: u32,

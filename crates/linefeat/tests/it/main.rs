@@ -7,3 +7,5 @@ mod obstacle;
 mod pictures;
 mod render;
 mod segment;
+#[cfg(feature = "serde")]
+mod serde;
