@@ -3,3 +3,4 @@
 pub mod canny;
 pub mod gradient;
 pub mod hough;
+pub mod segment;

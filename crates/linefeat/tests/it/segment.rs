@@ -1,6 +1,6 @@
 use std::f64::consts::FRAC_PI_2;
 
-use linefeat::{CannyParams, Segment, SegmentParams, canny, segments};
+use linefeat::{CannyParams, Segment, SegmentParams, canny, reference, segments};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -185,4 +185,74 @@ fn any_picture_is_safe() {
             }
         }
     }
+}
+
+/// The line that was fitted is that of the definition, but for what whole numbers and one linear step lose.
+#[test]
+fn lines_are_the_twins() {
+    let mut rng = Pcg64Mcg::seed_from_u64(9);
+    let mut all = 0;
+    for seed in 0..1000 {
+        let (width, height) = (rng.random_range(40..140), rng.random_range(40..140));
+        let mut edge = Edge::random(&mut rng, width, height);
+        edge.noise = 0.5;
+        let picture = edge.render(width, height, seed);
+        for segment in seen(&edge, width, height, seed) {
+            let [rho, theta] = reference::segment::line(&picture, &segment).expect("a line");
+            let twin = Edge { rho, theta, ..edge };
+            let [_, turn] = error(&segment, &twin);
+            let shift = middle_error(&segment, &twin);
+            let length = segment.length_px();
+            assert!(
+                shift.abs() < 0.01 && turn.abs() * length < 0.04,
+                "{edge:?} {segment:?}: {shift} px, {turn} rad"
+            );
+            all += 1;
+        }
+    }
+    assert!(all > 900, "{all}");
+}
+
+/// What holds for the segments of any picture.
+#[test]
+fn segments_obey_their_own_rules() {
+    let mut rng = Pcg64Mcg::seed_from_u64(10);
+    let mut all = 0;
+    for kind in crate::pictures::KINDS {
+        for side in [8, 63, 64, 65, 127, 128, 129] {
+            let picture =
+                crate::pictures::picture(kind, rng.random_range(0..999), side, 140 - side / 2);
+            let params = SegmentParams::default();
+            let of = |picture: &image::GrayImage| {
+                segments(picture, &canny(picture, &CannyParams::default()), &params)
+            };
+            let found = of(&picture);
+            for s in &found {
+                let (sin, cos) = s.theta.sin_cos();
+                for [u, v] in [s.start, s.end] {
+                    assert!((u * cos + v * sin - s.rho).abs() < 1e-6, "{kind} {s:?}");
+                    let inside = |x: f64, size: u32| x > 0.0 && x < f64::from(size);
+                    assert!(
+                        inside(u + 0.5, picture.width()) && inside(v + 0.5, picture.height()),
+                        "{kind} {s:?}"
+                    );
+                }
+                assert!(
+                    f64::from(s.support_px) <= s.length_px() + 1.5,
+                    "{kind} {s:?}"
+                );
+                assert!(2 * s.support_px >= params.length_px, "{kind} {s:?}");
+            }
+            // a negative has the same lines, the other way
+            let mut negative = picture.clone();
+            negative.iter_mut().for_each(|level| *level = 255 - *level);
+            let turned = of(&negative).into_iter().map(|s| Segment {
+                contrast: -s.contrast,
+                ..s
+            });
+            assert_eq!(turned.collect::<Vec<_>>(), found, "{kind}");
+            all += found.len();
+        }
+    }
+    assert!(all > 60, "{all}");
 }
