@@ -16,9 +16,12 @@ mod again;
 mod base;
 mod boxed;
 mod camera;
+mod finder;
 mod open;
 mod options;
+mod origin;
 mod sonar;
+mod tapes;
 mod turret;
 
 use std::fmt;
@@ -29,13 +32,15 @@ use thiserror::Error;
 
 pub use base::Base;
 pub(crate) use base::arduino_params;
-pub use boxed::{BoxedBase, BoxedCamera, BoxedClock, BoxedSonar, Fault};
+pub use boxed::{BoxedBase, BoxedCamera, BoxedClock, BoxedSonar};
 pub use camera::Camera;
-pub use open::{Opened, open};
-pub(crate) use open::{open_base, open_camera, open_sonar};
+pub(crate) use finder::open_sonar;
+pub use open::{Opened, open, open_guarded_by};
+pub(crate) use open::{open_base, open_camera};
 pub use options::Options;
 pub use sonar::{Sonar, SonarKind};
 pub(crate) use sonar::{address, model};
+pub(crate) use tapes::Tapes;
 pub use turret::Turret;
 
 /// Why a device URI was refused.

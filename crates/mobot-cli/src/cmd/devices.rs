@@ -30,11 +30,10 @@ pub(super) fn run(args: &DevicesArgs, output: &Output) -> anyhow::Result<Outcome
     named.extend(args.sonar.clone().map(Named::Sonar));
     named.extend(args.turret.clone().map(Named::Turret));
     named.extend(args.camera.clone().map(Named::Camera));
-    let root = Path::new("/");
     let mut answer = Answer {
         devices: Vec::new(),
-        ports: list::ports(root),
-        cameras: list::cameras(root),
+        ports: list::ports(Path::new("/")),
+        cameras: list::cameras(),
     };
     for device in named {
         output.stage(format!("asking {}", device.text()));

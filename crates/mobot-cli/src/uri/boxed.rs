@@ -2,11 +2,11 @@
 
 use std::f64::consts::{PI, TAU};
 
+use mobot_hw::wrap::Fault;
 use mobot_hw::{
-    BaseStatus, Bearings, Camera, CameraFrame, Clock, DeviceError, DifferentialDrive, FaultKind,
-    PanActuator, Ping, RangeFinder, Twist2,
+    BaseStatus, Bearings, Camera, CameraFrame, Clock, DifferentialDrive, FaultKind, PanActuator,
+    Ping, RangeFinder, Twist2,
 };
-use thiserror::Error;
 
 /// Any range finder.
 pub type BoxedSonar = Box<dyn RangeFinder<Error = Fault> + Send>;
@@ -16,33 +16,8 @@ pub type BoxedBase = Box<dyn DifferentialDrive<Error = Fault> + Send>;
 pub type BoxedCamera = Box<dyn Camera<Error = Fault> + Send>;
 /// Any clock.
 pub type BoxedClock = Box<dyn Clock + Send>;
-
-/// An error of a device: what is left of it once its type is forgotten.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("{message}")]
-pub struct Fault {
-    /// What kind of fault it is.
-    pub kind: FaultKind,
-    /// What the device said.
-    pub message: String,
-}
-
-impl Fault {
-    /// Of any device's error.
-    #[must_use]
-    pub fn of(error: &impl DeviceError) -> Self {
-        Self {
-            kind: error.kind(),
-            message: error.to_string(),
-        }
-    }
-}
-
-impl DeviceError for Fault {
-    fn kind(&self) -> FaultKind {
-        self.kind
-    }
-}
+/// Any pan.
+pub(crate) type BoxedPan = Box<dyn PanActuator<Error = Fault> + Send>;
 
 /// A device whose errors are [`Fault`]s.
 #[derive(Debug, Clone)]

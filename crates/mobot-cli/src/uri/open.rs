@@ -1,18 +1,21 @@
 //! From device URIs to devices behind the traits.
 
-use anyhow::{Context as _, bail};
+use std::path::Path;
+
+use anyhow::Context as _;
+use mobot_hw::SystemClock;
 use mobot_hw::guard::{BaseKind, GuardedBase};
-use mobot_hw::serial::{
-    FfParams, FfSonar, Maestro, MaxBotix, Port, Srf02, Srf02Params, Urm37, Urm37Params, Us100,
-    Us100Params,
-};
-use mobot_hw::sim::{RobotParams, Simulation};
-use mobot_hw::{PanActuator, SystemClock};
+use mobot_hw::sim::Simulation;
+use mobot_hw::stream::{MjpegCamera, MjpegParams};
+use mobot_hw::wrap::{Device, Recorded};
 use occgrid::SonarModel;
 
 use super::again::open_again;
-use super::boxed::{BoxedBase, BoxedCamera, BoxedClock, BoxedSonar, Mounted, Plain};
-use super::{Base, Camera, SerialLine, Sonar, SonarKind, Turret, Uri};
+use super::boxed::{BoxedBase, BoxedCamera, BoxedClock, BoxedSonar, Plain};
+use super::finder::open_sonar;
+use super::origin::simulation;
+use super::tapes::{Tapes, replayed};
+use super::{Base, Camera, SerialLine, Uri};
 use crate::args::DeviceArgs;
 use crate::nav::Devices;
 use crate::run_log::Again;
@@ -29,28 +32,39 @@ pub struct Opened {
     pub again: Option<Again>,
 }
 
-/// Opens devices.
+/// Opens devices, for the `mobot` command itself: it is its own guard, see [`open_guarded_by`].
 ///
 /// # Errors
 /// Where they do not go together, or one cannot be opened; the message names it.
 pub fn open(args: &DeviceArgs) -> anyhow::Result<Opened> {
+    open_guarded_by(&std::env::current_exe()?, args)
+}
+
+/// Opens devices. A real base's port belongs to a guard, a process of the executable `guard`: the `mobot`
+/// command, see [`mobot_hw::guard`]. The clock is recorded with the first device that is.
+///
+/// # Errors
+/// As [`open`].
+pub fn open_guarded_by(guard: &Path, args: &DeviceArgs) -> anyhow::Result<Opened> {
     if let Some(log) = &args.from_log {
         return open_again(args, log);
     }
     let simulation = simulation(args)?;
+    let robot = simulation.as_ref();
     let clock = SystemClock::start();
+    let mut tapes = Tapes::default();
     // the base last: once it is open, nothing but driving takes time
-    let sonar = open_sonar(
-        &args.sonar,
-        args.turret.as_ref(),
-        simulation.as_ref(),
-        clock,
-    )?;
-    let camera = open_camera(&args.camera, simulation.as_ref())?;
-    let base = open_base(&args.base, simulation.as_ref(), clock)?;
-    let clock: BoxedClock = match &simulation {
-        Some(robot) => Box::new(robot.clock()),
-        None => Box::new(clock),
+    let sonar = open_sonar(&args.sonar, args.turret.as_ref(), robot, clock, &mut tapes)?;
+    let camera = open_camera(&args.camera, robot, clock, &mut tapes)?;
+    let base = open_base(&args.base, robot, clock, guard, &mut tapes)?;
+    let clock: BoxedClock = match (robot, &args.base.device) {
+        (Some(robot), _) => Box::new(robot.clock()),
+        (None, Base::Replay(file)) => Box::new(replayed(file, Device::Clock)?),
+        _ => Box::new(clock),
+    };
+    let clock = match tapes.first() {
+        Some(tape) => Box::new(Recorded::new(clock, tape)),
+        None => clock,
     };
     Ok(Opened {
         devices: Devices {
@@ -65,218 +79,63 @@ pub fn open(args: &DeviceArgs) -> anyhow::Result<Opened> {
     })
 }
 
-/// The simulated robot, where all devices are its. Simulated and real ones do not go together.
-fn simulation(args: &DeviceArgs) -> anyhow::Result<Option<Simulation>> {
-    let base = match args.base.device {
-        Base::Sim => Some(true),
-        Base::Replay(_) => None,
-        _ => Some(false),
-    };
-    let sonar = match args.sonar.device.kind {
-        SonarKind::Sim => Some(true),
-        SonarKind::Replay(_) => None,
-        _ => Some(false),
-    };
-    let turret = args.turret.as_ref().and_then(|t| match t.device {
-        Turret::Sim => Some(true),
-        Turret::None => None,
-        Turret::Maestro { .. } | Turret::Urm37 { .. } => Some(false),
-    });
-    let camera = match args.camera.device {
-        Camera::Sim => Some(true),
-        Camera::None | Camera::Replay(_) => None,
-        Camera::V4l2 { .. } | Camera::Mjpeg { .. } => Some(false),
-    };
-    let devices = [
-        ("--base", &args.base.text, base),
-        ("--sonar", &args.sonar.text, sonar),
-        (
-            "--turret",
-            args.turret.as_ref().map_or(&args.sonar.text, |t| &t.text),
-            turret,
-        ),
-        ("--camera", &args.camera.text, camera),
-    ];
-    let first = |simulated| devices.iter().find(|d| d.2 == Some(simulated));
-    if let (Some(sim), Some(real)) = (first(true), first(false)) {
-        bail!(
-            "expected either simulated devices or real ones, found {} {} and {} {}",
-            sim.0,
-            sim.1,
-            real.0,
-            real.1
-        );
-    }
-    if first(true).is_none() {
-        return Ok(None);
-    }
-    let world = crate::world::load(&args.world, args.robot_start)?;
-    let params = RobotParams {
-        base_from_sonar: args.sonar.device.mount,
-        ..RobotParams::default()
-    };
-    Ok(Some(Simulation::new(world, params, args.seed)?))
-}
-
-/// A port with the device's name before what goes wrong with it.
-fn port(line: &SerialLine, two_stop_bits: bool) -> anyhow::Result<Port> {
-    Ok(mobot_hw::serial::open(
-        &line.port,
-        line.baud,
-        two_stop_bits,
-    )?)
-}
-
-/// Opens a base.
+/// Opens a base. A real one belongs to a guard, a process of the executable `guard`.
 pub(crate) fn open_base(
     uri: &Uri<Base>,
     robot: Option<&Simulation>,
     clock: SystemClock,
+    guard: &Path,
+    tapes: &mut Tapes,
 ) -> anyhow::Result<BoxedBase> {
+    let guarded = |line: &SerialLine, kind| -> anyhow::Result<BoxedBase> {
+        let base = GuardedBase::spawn(guard, &line.port, line.baud, &kind, clock)?;
+        Ok(Box::new(Plain(base)))
+    };
     let open = || -> anyhow::Result<BoxedBase> {
-        Ok(match (&uri.device, robot) {
-            (Base::Sim, Some(robot)) => Box::new(Plain(robot.base())),
-            (Base::Sim, None) => bail!("there is no simulated robot here"),
-            (Base::Create2 { line, params }, _) => {
-                guarded(line, &BaseKind::Create2(*params), clock)?
+        Ok(match &uri.device {
+            Base::Sim => {
+                let robot = robot.context("there is no simulated robot here")?;
+                Box::new(Plain(robot.base()))
             }
-            (Base::Kobuki { line, params }, _) => guarded(line, &BaseKind::Kobuki(*params), clock)?,
-            (Base::Arduino { line, params }, _) => {
-                guarded(line, &BaseKind::Arduino(*params), clock)?
-            }
-            (Base::Replay(_), _) => bail!("recordings cannot be opened here"),
+            Base::Create2 { line, params } => guarded(line, BaseKind::Create2(*params))?,
+            Base::Kobuki { line, params } => guarded(line, BaseKind::Kobuki(*params))?,
+            Base::Arduino { line, params } => guarded(line, BaseKind::Arduino(*params))?,
+            Base::Replay(file) => Box::new(Plain(replayed(file, Device::Base)?)),
         })
     };
-    open().with_context(|| uri.text.clone())
+    let base = open().with_context(|| uri.text.clone())?;
+    tapes.on(uri, base, |b| Box::new(b))
 }
 
-/// Has a process of its own drive a base, which stops it whatever becomes of this one.
-fn guarded(line: &SerialLine, base: &BaseKind, clock: SystemClock) -> anyhow::Result<BoxedBase> {
-    let mobot = std::env::current_exe()?;
-    let base = GuardedBase::spawn(&mobot, &line.port, line.baud, base, clock)?;
-    Ok(Box::new(Plain(base)))
-}
-
-/// Opens a sonar on what turns it. Without a word about that, a simulated one and a URM37 turn by themselves,
-/// others do not.
-pub(crate) fn open_sonar(
-    uri: &Uri<Sonar>,
-    turret: Option<&Uri<Turret>>,
-    robot: Option<&Simulation>,
-    clock: SystemClock,
-) -> anyhow::Result<BoxedSonar> {
-    let device = turret.map(|uri| &uri.device);
-    range_finder(&uri.device, device, robot, clock).with_context(|| match turret {
-        Some(turret) => format!("{uri} on {turret}"),
-        None => uri.text.clone(),
-    })
-}
-
-fn range_finder(
-    Sonar { mount, kind }: &Sonar,
-    turret: Option<&Turret>,
-    robot: Option<&Simulation>,
-    clock: SystemClock,
-) -> anyhow::Result<BoxedSonar> {
-    let yaw = mount.theta;
-    match (kind, turret, robot) {
-        (SonarKind::Sim, None | Some(Turret::Sim), Some(robot)) => {
-            Ok(Box::new(Mounted::at(yaw, Plain(robot.turret()))))
-        }
-        (SonarKind::Sim, Some(Turret::None), Some(robot)) => {
-            Ok(Box::new(Mounted::at(yaw, Plain(robot.sonar()))))
-        }
-        (SonarKind::Sim, Some(_), Some(_)) => {
-            bail!("expected --turret none or sim: with a simulated sonar")
-        }
-        (SonarKind::Sim, _, None) => bail!("there is no simulated robot here"),
-        (SonarKind::Replay(_), ..) => bail!("recordings cannot be opened here"),
-        (SonarKind::Urm37 { line }, None, _) => {
-            let sonar = Urm37::new(port(line, false)?, clock, Urm37Params::default());
-            Ok(Box::new(Mounted::at(yaw, Plain(sonar))))
-        }
-        (SonarKind::Urm37 { line }, Some(Turret::Urm37 { params }), _) => {
-            let sonar = Urm37::new(port(line, false)?, clock, *params);
-            Ok(Box::new(Mounted::at(yaw, Plain(sonar))))
-        }
-        (SonarKind::Urm37 { line }, Some(Turret::None), _) => {
-            let sonar = Urm37::new(port(line, false)?, clock, Urm37Params::default());
-            Ok(Box::new(Mounted::fixed(yaw, Plain(sonar))))
-        }
-        (_, Some(Turret::Urm37 { .. }), _) => {
-            bail!("expected a urm37 sonar, the only one with a servo of its own")
-        }
-        (_, Some(Turret::Sim), _) => bail!("expected a simulated sonar with --turret sim:"),
-        (kind, turned, _) => {
-            let sonar = fixed(kind, clock)?;
-            let Some(Turret::Maestro { line, params }) = turned else {
-                return Ok(Box::new(Mounted::fixed(yaw, sonar)));
-            };
-            let pan = Maestro::new(port(line, false)?, clock, *params);
-            Ok(turned_by(yaw, sonar, pan))
-        }
-    }
-}
-
-fn turned_by<P>(yaw: f64, sonar: BoxedSonar, pan: P) -> BoxedSonar
-where
-    P: PanActuator + Send + 'static,
-{
-    let turret = mobot_hw::Turret {
-        sonar,
-        pan: Plain(pan),
-    };
-    Box::new(Mounted::at(yaw, Plain(turret)))
-}
-
-/// A sonar that looks along its own axis.
-fn fixed(kind: &SonarKind, clock: SystemClock) -> anyhow::Result<BoxedSonar> {
-    Ok(match kind {
-        SonarKind::MaxBotix { line, model } => {
-            let params = Sonar::maxbotix_params(*model);
-            Box::new(Plain(MaxBotix::new(port(line, false)?, clock, params)))
-        }
-        SonarKind::Ff { line, ask } => {
-            let params = FfParams {
-                ask: *ask,
-                ..FfParams::default()
-            };
-            Box::new(Plain(FfSonar::new(port(line, false)?, clock, params)))
-        }
-        SonarKind::Us100 { line } => {
-            let params = Us100Params::default();
-            Box::new(Plain(Us100::new(port(line, false)?, clock, params)))
-        }
-        SonarKind::Srf02 { line, address } => {
-            let params = Srf02Params {
-                address: *address,
-                ..Srf02Params::default()
-            };
-            Box::new(Plain(Srf02::new(port(line, true)?, clock, params)))
-        }
-        SonarKind::Urm37 { line } => {
-            let params = Urm37Params::default();
-            Box::new(Plain(Urm37::new(port(line, false)?, clock, params)))
-        }
-        SonarKind::Sim | SonarKind::Replay(_) => bail!("expected a sonar on a port"),
-    })
-}
-
-/// Opens a camera.
+/// Opens a camera, where there is one.
 pub(crate) fn open_camera(
     uri: &Uri<Camera>,
     robot: Option<&Simulation>,
+    clock: SystemClock,
+    tapes: &mut Tapes,
 ) -> anyhow::Result<Option<BoxedCamera>> {
     let open = || -> anyhow::Result<Option<BoxedCamera>> {
-        Ok(match (&uri.device, robot) {
-            (Camera::None, _) => None,
-            (Camera::Sim, Some(robot)) => Some(Box::new(Plain(robot.camera()))),
-            (Camera::Sim, None) => bail!("there is no simulated robot here"),
-            (Camera::V4l2 { .. } | Camera::Mjpeg { .. }, _) => {
-                bail!("real cameras cannot be opened here")
+        Ok(Some(match &uri.device {
+            Camera::None => return Ok(None),
+            Camera::Sim => {
+                let robot = robot.context("there is no simulated robot here")?;
+                Box::new(Plain(robot.camera()))
             }
-            (Camera::Replay(_), _) => bail!("recordings cannot be opened here"),
-        })
+            Camera::Mjpeg { path } => Box::new(Plain(MjpegCamera::open(
+                path,
+                clock,
+                MjpegParams::default(),
+            )?)),
+            #[cfg(target_os = "linux")]
+            Camera::V4l2 { device, params } => {
+                let camera = mobot_hw::v4l2::V4l2Camera::open(device, clock, *params)?;
+                Box::new(Plain(camera))
+            }
+            Camera::Replay(file) => Box::new(Plain(replayed(file, Device::Camera)?)),
+        }))
     };
-    open().with_context(|| uri.text.clone())
+    let Some(camera) = open().with_context(|| uri.text.clone())? else {
+        return Ok(None);
+    };
+    Ok(Some(tapes.on(uri, camera, |c| Box::new(c))?))
 }

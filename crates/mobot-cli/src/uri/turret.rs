@@ -1,5 +1,7 @@
 //! `--turret none | maestro:PORT | urm37 | sim: | replay:FILE`
 
+use std::path::PathBuf;
+
 use mobot_hw::serial::{MaestroParams, Urm37Params, maestro, urm37};
 
 use super::{Options, Parts, Role, SerialLine, UriError};
@@ -23,10 +25,13 @@ pub enum Turret {
         /// How it is used.
         params: Urm37Params,
     },
+    /// A recorded one.
+    Replay(PathBuf),
 }
 
 impl Role for Turret {
-    const EXPECTED: &'static str = "none, maestro:PORT, urm37 or sim:";
+    const EXPECTED: &'static str =
+        "none, maestro:PORT, urm37, sim:, replay:FILE or record:FILE,maestro:PORT";
 
     fn read(parts: &mut Parts<'_>) -> Result<Option<Self>, UriError> {
         Ok(Some(match parts.scheme {
@@ -48,6 +53,7 @@ impl Role for Turret {
                 let params = urm37_params(&mut parts.options)?;
                 Self::Urm37 { params }
             }
+            "replay" => Self::Replay(parts.named("a recorded FILE")?.into()),
             _ => return Ok(None),
         }))
     }

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::run::{Run, mobot};
+use crate::run::{Run, mobot, testdata};
 
 fn asked<const N: usize>(arguments: [&str; N]) -> (i32, Value) {
     let run = mobot(["devices", "--json"].into_iter().chain(arguments));
@@ -56,6 +56,18 @@ fn what_is_not_there_is_no_and_says_why() {
     assert!(error(0).contains("/dev/null"), "{}", error(0));
 }
 
+#[test]
+fn a_stream_of_pictures_is_a_camera() {
+    let stream = testdata("golden/stream.mjpeg");
+    let uri = format!("mjpeg:{}", stream.display());
+    let (status, answer) = asked([uri.as_str()]);
+    assert_eq!(status, 0, "{answer}");
+    let device = &answer["devices"][0];
+    assert_eq!(device["kind"], "camera");
+    let reading = device["reading"].as_str().expect("a reading");
+    assert!(reading.contains(" px, mean level "), "{reading}");
+}
+
 /// Status 2 and one line that holds all of these words.
 fn refused(run: &Run, words: &[&str]) {
     assert_eq!(run.status, 2, "{}{}", run.stdout, run.stderr);
@@ -93,7 +105,12 @@ fn uris_that_make_no_sense_are_refused_in_one_line() {
     for (uri, words) in positional {
         refused(&mobot(["devices", uri]), words);
     }
-    let flagged: [(&str, &str, &[&str]); 8] = [
+    let flagged: [(&str, &str, &[&str]); 9] = [
+        (
+            "--base",
+            "create2:/dev/x?baud=9600",
+            &["baud", "115200", "\"9600\""],
+        ),
         (
             "--base",
             "maxbotix:/dev/x",

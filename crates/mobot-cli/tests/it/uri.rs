@@ -1,13 +1,15 @@
 //! Device URIs opened: simulated devices of one robot, and drivers on emulated devices in real time.
 
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::path::Path;
 
 use clap::Parser;
 use mobot_cli::args::DeviceArgs;
-use mobot_cli::uri::{BoxedSonar, Opened, open};
+use mobot_cli::nav::Devices;
+use mobot_cli::uri::{BoxedSonar, Opened, open_guarded_by};
 use mobot_hw::emulate::{
     ArduinoEmulator, Create2Emulator, Emulation, Emulator, FfEmulator, KobukiEmulator,
-    MaestroEmulator, MaxBotixEmulator, Urm37Emulator,
+    MaestroEmulator, MaxBotixEmulator, Urm37Emulator, WheelCommand,
 };
 use mobot_hw::serial::MaxBotixModel;
 use mobot_hw::sim::{RobotParams, Simulation, World};
@@ -24,7 +26,7 @@ struct Line {
 fn opened<S: Into<String>>(words: impl IntoIterator<Item = S>) -> anyhow::Result<Opened> {
     let words = words.into_iter().map(Into::into);
     let line = Line::try_parse_from(std::iter::once("mobot".to_owned()).chain(words))?;
-    open(&line.devices)
+    open_guarded_by(Path::new(env!("CARGO_BIN_EXE_mobot")), &line.devices)
 }
 
 fn why_not<const N: usize>(words: [&str; N]) -> String {
@@ -101,9 +103,9 @@ fn devices_that_do_not_go_together_are_refused() {
         "{error}"
     );
     let error = why_not(["--turret", "maestro:/dev/none"]);
-    assert!(error.contains("simulated devices or real ones"), "{error}");
+    assert!(error.contains("all devices simulated, all real"), "{error}");
     let error = why_not(["--camera", "v4l2:/dev/video0"]);
-    assert!(error.contains("simulated devices or real ones"), "{error}");
+    assert!(error.contains("all devices simulated, all real"), "{error}");
     let sonar = ["--base", "create2:/dev/none", "--sonar", "ff:/dev/none"];
     let error = why_not(sonar);
     assert!(error.contains("ff:/dev/none"), "{error}");
@@ -217,36 +219,91 @@ fn a_urm37_turns_itself_unless_told_not_to() {
 
 #[test]
 fn every_base_drives_by_its_uri() {
-    let robot = corridor();
-    let emulators: [Box<dyn Emulator>; 4] = [
-        Box::new(FfEmulator::default()),
-        Box::new(Create2Emulator::default()),
-        Box::new(KobukiEmulator::default()),
-        Box::new(ArduinoEmulator::new(Default::default())),
+    let bases: [(&str, Box<dyn Emulator>); 3] = [
+        ("create2", Box::new(Create2Emulator::default())),
+        ("kobuki", Box::new(KobukiEmulator::default())),
+        (
+            "arduino",
+            Box::new(ArduinoEmulator::new(Default::default())),
+        ),
     ];
-    let emulation = start(&robot, emulators);
-    for (device, scheme) in [(1, "create2"), (2, "kobuki"), (3, "arduino")] {
-        let base = at(scheme, &emulation, device, "?max_speed=0.1");
+    for (scheme, emulator) in bases {
+        let robot = corridor();
+        let emulation = start(&robot, [Box::new(FfEmulator::default()), emulator]);
+        let base = at(scheme, &emulation, 1, "?max_speed=0.1");
         let sonar = at("ff", &emulation, 0, "");
         let mut devices = opened(["--base", &base, "--sonar", &sonar])
             .expect("devices")
             .devices;
-        let before = robot.truth().driven;
-        for _ in 0..20 {
+        let began = devices.clock.now();
+        while robot.truth().driven < 0.05 {
             devices
                 .base
                 .drive(Twist2::new(0.3, 0.0))
                 .expect("a command");
             devices.clock.sleep(0.02);
             devices.base.status().expect("a state");
+            assert!(devices.clock.now() < began + 5.0, "{scheme}");
         }
         devices.base.stop().expect("a stop");
-        let fastest = emulation
-            .wheel_log(device)
-            .iter()
-            .map(|c| c.wheels[0])
-            .fold(0.0, f64::max);
+        let stopped = devices.clock.now();
+        let stands = |log: &[WheelCommand]| log.last().is_some_and(|c| c.wheels[0].abs() < 1e-9);
+        while !stands(&emulation.wheel_log(1)) {
+            assert!(devices.clock.now() < stopped + 0.5, "{scheme} drives on");
+            devices.clock.sleep(0.002);
+        }
+        let log = emulation.wheel_log(1);
+        let fastest = log.iter().map(|c| c.wheels[0]).fold(0.0, f64::max);
         assert!((fastest - 0.1).abs() < 0.005, "{scheme}: {fastest}");
-        assert!(robot.truth().driven > before + 0.01, "{scheme}");
     }
+}
+
+#[test]
+fn recorded_devices_answer_again_bit_for_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    let typed = |prefix: &str, device: &str| format!("{prefix}:{}{device}", file.display());
+    let run = |words: [String; 6]| {
+        let Opened { devices, .. } = opened(words).expect("devices");
+        let Devices {
+            mut base,
+            mut sonar,
+            camera,
+            mut clock,
+        } = devices;
+        let mut camera = camera.expect("a camera");
+        let mut seen = Vec::new();
+        for k in 0..10 {
+            base.drive(Twist2::new(0.2, 0.1)).expect("a command");
+            let ping = sonar.ping(f64::from(k) * 0.2).expect("a reading");
+            clock.sleep(0.01);
+            let status = base.status().expect("a state");
+            let frame = camera.frame().expect("a frame");
+            seen.push((ping, status, frame, clock.now()));
+        }
+        seen
+    };
+    let devices = ["--base", "--sonar", "--camera"];
+    let line = |device: &dyn Fn() -> String| {
+        let [base, sonar, camera] = devices.map(str::to_owned);
+        [base, device(), sonar, device(), camera, device()]
+    };
+    let lived = run(line(&|| typed("record", ",sim:")));
+    let again = run(line(&|| typed("replay", "")));
+    assert_eq!(lived, again);
+    let mixed = [
+        "--base".to_owned(),
+        typed("replay", ""),
+        "--sonar".to_owned(),
+        "sim:".to_owned(),
+    ];
+    let error = opened(mixed).map(drop).unwrap_err().to_string();
+    assert!(error.contains("all devices simulated, all real"), "{error}");
+    let missing = why_not([
+        "--base",
+        "replay:/none.mcap",
+        "--sonar",
+        "replay:/none.mcap",
+    ]);
+    assert!(missing.contains("/none.mcap"), "{missing}");
 }

@@ -4,7 +4,7 @@ use std::fs::DirBuilder;
 use std::io;
 use std::os::unix::fs::DirBuilderExt as _;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -30,6 +30,8 @@ pub struct WheelCommand {
 const LOG: usize = 1_000_000;
 /// Time between two steps.
 const TICK: Duration = Duration::from_millis(1);
+/// A machine that needs longer for a step is not waited for.
+const LONGEST_STEP: Duration = Duration::from_secs(1);
 
 #[derive(Debug, Default)]
 struct Shared {
@@ -52,6 +54,7 @@ pub struct Emulation {
     devices: Vec<(PathBuf, Arc<Shared>)>,
     began: Instant,
     stop: Arc<AtomicBool>,
+    steps: Arc<AtomicU64>,
     thread: Option<JoinHandle<()>>,
     /// Made for the links, and gone with them.
     folder: Option<LinkFolder>,
@@ -105,7 +108,9 @@ impl Emulation {
             });
         }
         let stop = Arc::new(AtomicBool::new(false));
+        let steps = Arc::new(AtomicU64::new(0));
         let (mut clock, stopped) = (robot.clock(), Arc::clone(&stop));
+        let counted = Arc::clone(&steps);
         let (began, start) = (Instant::now(), clock.now());
         let thread = std::thread::spawn(move || {
             while !stopped.load(Ordering::Relaxed) {
@@ -115,12 +120,14 @@ impl Emulation {
                 for device in &mut running {
                     device.step(began.elapsed().as_secs_f64());
                 }
+                counted.fetch_add(1, Ordering::Release);
             }
         });
         Ok(Self {
             devices,
             began,
             stop,
+            steps,
             thread: Some(thread),
             folder: None,
         })
@@ -153,20 +160,31 @@ impl Emulation {
         &self.devices[device].0
     }
 
-    /// Sets the faults of a device's line from now on.
+    /// Sets the faults of a device's line; returns once they are in force.
     ///
     /// # Panics
     /// Where there is no such device.
     pub fn set_faults(&self, device: usize, faults: LineFaults) {
         lock(&self.devices[device].1.faults).0 = faults;
+        self.wait_for_a_step();
     }
 
-    /// Sets what is wrong with a device itself from now on.
+    /// Sets what is wrong with a device itself; returns once it is in force.
     ///
     /// # Panics
     /// Where there is no such device.
     pub fn set_device_faults(&self, device: usize, faults: DeviceFaults) {
         lock(&self.devices[device].1.faults).1 = faults;
+        self.wait_for_a_step();
+    }
+
+    /// Waits until a step that begins after now is over; not for ever.
+    fn wait_for_a_step(&self) {
+        let before = self.steps.load(Ordering::Acquire);
+        let called = Instant::now();
+        while self.steps.load(Ordering::Acquire) < before + 2 && called.elapsed() < LONGEST_STEP {
+            std::thread::sleep(TICK / 4);
+        }
     }
 
     /// The wheel commands that came into force at a device so far; the last one is in force now.
@@ -242,16 +260,16 @@ struct LinkFolder(PathBuf);
 
 impl LinkFolder {
     fn new() -> io::Result<Self> {
+        // never the same name twice: who waits for a device of before must not find one of now
+        static MADE: AtomicU64 = AtomicU64::new(0);
         let process = std::process::id();
-        let mut count = 0;
         loop {
+            let count = MADE.fetch_add(1, Ordering::Relaxed);
             let folder = std::env::temp_dir().join(format!("mobot-emulate-{process}-{count}"));
             match DirBuilder::new().mode(0o700).create(&folder) {
                 Ok(()) => return Ok(Self(folder)),
-                // another emulation's, of this process or left over
-                Err(error) if error.kind() == io::ErrorKind::AlreadyExists && count < 10_000 => {
-                    count += 1;
-                }
+                // left over from another process of this number
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists && count < 10_000 => {}
                 Err(error) => return Err(error),
             }
         }

@@ -36,10 +36,12 @@ impl Named {
                 Turret::Maestro { .. } => "Pololu Maestro",
                 Turret::Sim => "simulated pan",
                 Turret::Urm37 { .. } => "servo of a URM37",
+                Turret::Replay(_) => "recorded pan",
                 Turret::None => "none",
             },
             Self::Camera(uri) => match uri.device {
                 Camera::Sim => "simulated camera",
+                #[cfg(target_os = "linux")]
                 Camera::V4l2 { .. } => "V4L2 camera",
                 Camera::Mjpeg { .. } => "MJPEG stream",
                 Camera::Replay(_) => "recorded camera",

@@ -1,4 +1,4 @@
-//! Ports and cameras that are there. Nothing is opened.
+//! Ports and cameras that are there.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -19,32 +19,12 @@ pub(super) struct Candidate {
     pub(super) name: Option<String>,
 }
 
-/// Serial ports: those with stable names first, then other nodes of adaptors and boards.
+/// Serial ports: those with stable names first, then other nodes of adaptors and boards. Nothing is opened.
 pub(super) fn ports(root: &Path) -> Vec<Candidate> {
-    candidates(
-        root,
-        "dev/serial/by-id",
-        &["ttyUSB", "ttyACM", "ttyAMA", "rfcomm"],
-        |node| usb_name(&root.join("sys/class/tty").join(node).join("device")),
-    )
-}
-
-/// Video devices: those with stable names first.
-pub(super) fn cameras(root: &Path) -> Vec<Candidate> {
-    candidates(root, "dev/v4l/by-id", &["video"], |node| {
-        line(&root.join("sys/class/video4linux").join(node).join("name"))
-    })
-}
-
-fn candidates(
-    root: &Path,
-    stable: &str,
-    prefixes: &[&str],
-    name: impl Fn(&str) -> Option<String>,
-) -> Vec<Candidate> {
+    let name = |node: &str| usb_name(&root.join("sys/class/tty").join(node).join("device"));
     let mut seen = BTreeSet::new();
     let mut found = Vec::new();
-    for link in entries(&root.join(stable)) {
+    for link in entries(&root.join("dev/serial/by-id")) {
         let Some(node) = fs::read_link(&link).ok().and_then(|to| file_name(&to)) else {
             continue;
         };
@@ -58,7 +38,7 @@ fn candidates(
     let nodes = entries(&root.join("dev"));
     let others = nodes.iter().filter_map(|node| {
         let file = file_name(node)?;
-        let digits = prefixes.iter().find_map(|p| file.strip_prefix(p))?;
+        let digits = NODES.iter().find_map(|prefix| file.strip_prefix(prefix))?;
         let numbered = !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit());
         (numbered && !seen.contains(&file)).then(|| Candidate {
             path: shown(root, node),
@@ -69,6 +49,34 @@ fn candidates(
     found.extend(others);
     found
 }
+
+/// Cameras, by their stable names where they have one. They are asked what they are, and not set.
+#[cfg(target_os = "linux")]
+pub(super) fn cameras() -> Vec<Candidate> {
+    let cameras = mobot_hw::v4l2::cameras().into_iter();
+    cameras
+        .map(|camera| {
+            let node = camera.path.display().to_string();
+            let formats = camera.formats.join(" ");
+            let name = format!("{} ({formats})", camera.name);
+            let stable = camera.stable_path.map(|path| path.display().to_string());
+            Candidate {
+                node: stable.is_some().then(|| node.clone()),
+                path: stable.unwrap_or(node),
+                name: Some(name.chars().filter(|c| !c.is_control()).collect()),
+            }
+        })
+        .collect()
+}
+
+/// None that this system could list.
+#[cfg(not(target_os = "linux"))]
+pub(super) fn cameras() -> Vec<Candidate> {
+    Vec::new()
+}
+
+/// How nodes of ports begin that are no part of every machine.
+const NODES: [&str; 4] = ["ttyUSB", "ttyACM", "ttyAMA", "rfcomm"];
 
 /// What is in a folder, in order; nothing where there is none.
 fn entries(folder: &Path) -> Vec<PathBuf> {
@@ -113,7 +121,7 @@ mod tests {
 
     use super::*;
 
-    /// A machine with two USB adaptors, one of them with a stable name, and a camera.
+    /// A machine with two USB adaptors, one of them with a stable name.
     fn machine() -> tempfile::TempDir {
         let root = tempfile::tempdir().expect("a folder");
         let at = |path: &str| root.path().join(path);
@@ -121,13 +129,10 @@ mod tests {
             "dev/serial/by-id",
             "sys/devices/usb1/1-1/1-1:1.0/ttyUSB0",
             "sys/class/tty/ttyUSB0",
-            "sys/class/video4linux/video0",
         ] {
             fs::create_dir_all(at(folder)).expect("a folder");
         }
-        for file in [
-            "ttyUSB0", "ttyACM1", "tty0", "ttyS0", "ttyUSBx", "video0", "null",
-        ] {
+        for file in ["ttyUSB0", "ttyACM1", "tty0", "ttyS0", "ttyUSBx", "null"] {
             fs::write(at("dev").join(file), "").expect("a file");
         }
         symlink("../../ttyUSB0", at("dev/serial/by-id/usb-FTDI_FT232R-if00")).expect("a link");
@@ -138,7 +143,6 @@ mod tests {
         .expect("a link");
         fs::write(at("sys/devices/usb1/1-1/manufacturer"), "FTDI\n").expect("a file");
         fs::write(at("sys/devices/usb1/1-1/product"), "FT232R\x1b[31m\n").expect("a file");
-        fs::write(at("sys/class/video4linux/video0/name"), "A webcam\n").expect("a file");
         root
     }
 
@@ -155,16 +159,11 @@ mod tests {
             (second.path.as_str(), &second.name),
             ("/dev/ttyACM1", &None)
         );
-        let [camera] = &cameras(root.path())[..] else {
-            panic!("{:?}", cameras(root.path()));
-        };
-        assert_eq!(camera.path, "/dev/video0");
-        assert_eq!(camera.name.as_deref(), Some("A webcam"));
     }
 
     #[test]
     fn a_machine_without_any_has_none() {
         let root = tempfile::tempdir().expect("a folder");
-        assert!(ports(root.path()).is_empty() && cameras(root.path()).is_empty());
+        assert!(ports(root.path()).is_empty());
     }
 }

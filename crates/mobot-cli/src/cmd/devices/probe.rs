@@ -1,16 +1,19 @@
 //! Asks a device who it is, how fast it tells, and for a reading.
 
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, bail};
 use mobot_hw::SystemClock;
 use mobot_hw::serial::Maestro;
 use mobot_hw::sim::{RobotParams, Simulation};
+use mobot_hw::wrap::Fault;
 use occgrid::Reading;
 use serde::Serialize;
 
 use crate::uri::{
-    self, Base, BoxedBase, BoxedCamera, BoxedSonar, Camera, Sonar, SonarKind, Turret, Uri, UriError,
+    self, Base, BoxedBase, BoxedCamera, BoxedSonar, Camera, Sonar, SonarKind, Tapes, Turret, Uri,
+    UriError,
 };
 
 /// A device as it was found.
@@ -112,12 +115,16 @@ impl Named {
         let clock = SystemClock::start();
         let robot = self.simulated()?;
         let robot = robot.as_ref();
+        let mobot = std::env::current_exe()?;
+        let tapes = &mut Tapes::default();
         match self {
-            Self::Base(uri) => base(&mut uri::open_base(uri, robot, clock)?),
-            Self::Sonar(uri) => sonar(&mut uri::open_sonar(uri, None, robot, clock)?),
+            Self::Base(uri) => base(&mut uri::open_base(uri, robot, clock, &mobot, tapes)?),
+            Self::Sonar(uri) => sonar(&mut uri::open_sonar(uri, None, robot, clock, tapes)?),
             Self::Turret(uri) => turret(uri, clock),
             Self::Camera(uri) => {
-                camera(&mut uri::open_camera(uri, robot)?.context("there is none")?)
+                let mut opened =
+                    uri::open_camera(uri, robot, clock, tapes)?.context("there is none")?;
+                camera(&mut opened, &uri.device)
             }
         }
     }
@@ -170,8 +177,14 @@ fn sonar(sonar: &mut BoxedSonar) -> anyhow::Result<Live> {
     Ok((rate, format!("{reading} at {degrees:.0} deg")))
 }
 
-fn camera(camera: &mut BoxedCamera) -> anyhow::Result<Live> {
-    let (rate, frame) = watch(|| camera.frame().map(|frame| (frame.stamp, frame)))?;
+fn camera(camera: &mut BoxedCamera, device: &Camera) -> anyhow::Result<Live> {
+    let is_file = matches!(device, Camera::Mjpeg { path } if Path::new(path).is_file());
+    let (rate, frame) = if is_file {
+        // no rate, and it may end with its first frame
+        (None, camera.frame()?)
+    } else {
+        watch(|| camera.frame().map(|frame| (frame.stamp, frame)))?
+    };
     let image = &frame.image;
     let sum: u64 = image.as_raw().iter().map(|level| u64::from(*level)).sum();
     let mean = sum as f64 / image.as_raw().len().max(1) as f64;
@@ -197,9 +210,7 @@ fn turret(uri: &Uri<Turret>, clock: SystemClock) -> anyhow::Result<Live> {
 }
 
 /// Readings with their stamps, for a while; the rate by the stamps, and the last one.
-fn watch<T>(
-    mut read: impl FnMut() -> Result<(f64, T), uri::Fault>,
-) -> anyhow::Result<(Option<f64>, T)> {
+fn watch<T>(mut read: impl FnMut() -> Result<(f64, T), Fault>) -> anyhow::Result<(Option<f64>, T)> {
     // the first one may take its time: a servo turns, a base begins to tell
     let (first, mut newest) = read()?;
     let began = Instant::now();
