@@ -97,6 +97,8 @@ type SimRunner = Runner<SimBase, Turret<SimSonar, SimPan>, SimCamera, SimClock>;
 
 /// The radius for which routes are certified [m]: the body's, and a hand's breadth.
 const ROOM: f64 = 0.08;
+/// Steps from frame to frame while nothing is known that a frame could be compared with: for the log alone.
+const FRAMES_EXPLORING: u32 = 60;
 /// One sigma of a floor plan that a sonar's map gave [m].
 const PLAN_SIGMA: f64 = 0.04;
 
@@ -237,7 +239,10 @@ impl Mission {
             mount: robot.base_from_sonar,
             ..params.sonar
         };
-        let runner = RunnerParams::of(robot.base.radius, sonar);
+        let runner = RunnerParams {
+            frame_every: FRAMES_EXPLORING,
+            ..RunnerParams::of(robot.base.radius, sonar)
+        };
         Ok(Self {
             runner: Some(Runner::new(devices, Pose2::default(), runner)?),
             explore: Explore::new(params)?,
@@ -342,7 +347,9 @@ impl Mission {
             nav::calibrated(&robot.camera).context("the simulated camera sees too few marks")?;
         let sight = Sight::new(eye, made.plan.clone(), params).context("camera")?;
         let runner = self.runner.take().expect("a robot");
-        let mut runner = runner.knowing(made.map.clone(), made.plan.clone(), Some(sight));
+        let mut runner = runner
+            .knowing(made.map.clone(), made.plan.clone(), Some(sight))
+            .looking_every(RunnerParams::default().frame_every);
         driven.began = runner.filter().estimate().stamp;
         witness.say(format!("driving to ({:.2}, {:.2})", goal.x, goal.y));
         let outcome = go(&mut runner, made, *goal, witness, interrupted);

@@ -173,6 +173,13 @@ where
         self.now
     }
 
+    /// The same, taking a frame every so many steps from now on.
+    #[must_use]
+    pub const fn looking_every(mut self, steps: u32) -> Self {
+        self.params.frame_every = steps;
+        self
+    }
+
     /// The map made so far.
     #[must_use]
     pub const fn map(&self) -> &OccupancyGrid {
