@@ -77,10 +77,12 @@ impl Governor {
         self.wheels
     }
 
-    /// Zero, from now on.
+    /// Zero, from now on. Said again it changes nothing: a stop that is repeated does not slow the next start.
     pub(crate) fn halt(&mut self, now: f64) -> [f64; 2] {
+        if moves(self.wheels) || self.renewed.is_none() {
+            self.renewed = Some(now);
+        }
         self.wheels = [0.0; 2];
-        self.renewed = Some(now);
         self.wheels
     }
 
@@ -139,6 +141,24 @@ mod tests {
             }
         }
         assert!(!moves(governor.allow(Twist2::new(f64::MAX, f64::MAX), 0.2)));
+    }
+
+    #[test]
+    fn repeated_stops_do_not_slow_the_next_start() {
+        let mut governor = Governor::new(WheelLimits::default(), 0.235);
+        governor.allow(Twist2::new(0.5, 0.0), 0.0);
+        for ms in 200..300 {
+            governor.halt(f64::from(ms) / 1000.0);
+        }
+        let wheels = governor.allow(Twist2::new(0.5, 0.0), 0.3);
+        assert!(wheels.iter().all(|w| (w - 0.1).abs() < 1e-12), "{wheels:?}");
+        // and a stop in mid-drive gives nothing away
+        governor.halt(0.31);
+        let wheels = governor.allow(Twist2::new(0.5, 0.0), 0.32);
+        assert!(
+            wheels.iter().all(|w| (w - 0.01).abs() < 1e-12),
+            "{wheels:?}"
+        );
     }
 
     #[test]
