@@ -314,6 +314,61 @@ fn emulations_that_cannot_be_are_refused() {
 }
 
 #[test]
+fn a_mission_drives_emulated_devices_and_leaves_them_standing() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("log.jsonl");
+    let map = testdata("maps/nav2/depot.yaml");
+    let emulator = Emulator::start(
+        arguments![
+            "create2",
+            "maxbotix",
+            "maestro",
+            "--world",
+            &map,
+            "--start",
+            "4.6,7.7,0",
+            "--log",
+            &log
+        ],
+        3,
+    );
+    // a goal that it does not reach in this time
+    let run = mobot(arguments![
+        "drive",
+        "--base",
+        emulator.uri(0),
+        "--sonar",
+        emulator.uri(1),
+        "--turret",
+        emulator.uri(2),
+        "--map",
+        &map,
+        "--start",
+        "4.6,7.7,0",
+        "--to",
+        "9,7.7",
+        "--budget",
+        "8",
+        "--out",
+        folder.path().join("out"),
+        "--json"
+    ]);
+    assert_eq!(run.status, 1, "{}{}", run.stdout, run.stderr);
+    std::thread::sleep(Duration::from_millis(500));
+    assert_eq!(emulator.end(Signal::INT), Some(0));
+    let wheels = logged(&log, "wheels");
+    let last = wheels.last().expect("a command");
+    assert_eq!(last["wheels"], serde_json::json!([0.0, 0.0]), "{last}");
+    let truth = logged(&log, "truth");
+    let last = &truth.last().expect("the truth")["truth"];
+    assert!(
+        last["driven_m"].as_f64().is_some_and(|way| way > 0.3),
+        "{last}"
+    );
+    assert_eq!(last["collisions"], 0);
+}
+
+#[test]
 fn any_ros_map_is_a_world() {
     let map = testdata("maps/nav2/TenByTen/TenByTen.yaml");
     let emulator = Emulator::start(arguments!["ff", "--world", map], 1);
