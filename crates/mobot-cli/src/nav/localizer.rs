@@ -166,8 +166,8 @@ impl Localizer {
             return;
         }
         let estimate = self.filter.estimate();
-        // with a heading worse than this, walls are taken for others
-        if estimate.heading_sigma() > 0.1 || estimate.position_sigma() > 0.25 {
+        // worse than this, walls are taken for others
+        if estimate.heading_sigma() > 0.2 || estimate.position_sigma() > 0.35 {
             return;
         }
         let then = self.filter.map_from_base_at(ping.stamp);
@@ -186,9 +186,19 @@ impl Localizer {
             // something stands before the wall
             return;
         }
+        // another direction is another wall
+        let odom = sounding.odom_from_base;
+        let weight = self.news[1].weight(Pose2 {
+            theta: odom.theta + ping.bearing,
+            ..odom
+        });
+        if weight < LEAST_NEWS {
+            return;
+        }
+        let sigma = p.echo_sigma / weight.sqrt();
         let correction = self
             .filter
-            .correct_range(range, echo.range, echo.gradient, p.echo_sigma);
+            .correct_range(range, echo.range, echo.gradient, sigma);
         log.record(ping.stamp, Entry::Correction(&correction));
         self.judge(1, correction.accepted, REFUSED[1]);
     }
