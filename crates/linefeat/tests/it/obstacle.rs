@@ -351,7 +351,7 @@ fn mahalanobis(p: &[[f64; 4]; 4], x: [f64; 4]) -> f64 {
 /// Seeds of scenes; those of the long run are not those that anything was tuned on.
 fn scenes() -> Range<u64> {
     if std::env::var_os("MOBOT_LONG").is_some() {
-        5000..5120
+        120..240
     } else {
         0..12
     }
