@@ -1,14 +1,14 @@
 //! `mobot drive`: to a goal on a map, with any devices.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use anyhow::{Context as _, bail};
 use mobot_hw::sim::{RobotParams, Simulation};
-use mobot_hw::wrap::Recorded;
 use mobot_hw::{Camera, Clock, DifferentialDrive, RangeFinder};
 use monocal::{DeriveParams, FloorCamera, FloorPlan, LocateParams};
-use occgrid::{LoadOptions, OccupancyMap, Point2, Pose2, SonarModel, load_map};
+use occgrid::{
+    LoadOptions, MapMode, OccupancyMap, Point2, Pose2, SaveOptions, SonarModel, load_map, save_map,
+};
 use serde::Serialize;
 
 use crate::args::DriveArgs;
@@ -18,7 +18,7 @@ use crate::nav::{
     StopCause, Trouble,
 };
 use crate::output::{self, Output, write_whole};
-use crate::run_log::{LogParams, LogWriter, SonarFrame};
+use crate::run_log::{LogParams, LogWriter, MissionLog, Recipe, SonarFrame};
 use crate::uri;
 
 /// The largest floor plan [bytes].
@@ -69,13 +69,16 @@ pub(super) fn run(args: &DriveArgs, output: &Output) -> anyhow::Result<output::O
     let interrupt = Interrupt::watch().context("signals")?;
     std::fs::create_dir_all(&args.out).with_context(|| format!("{}", args.out.display()))?;
     let opened = uri::open(&args.devices)?;
-    let log = run_log(&args.out, &opened.sensor)?;
     let eye = match (&args.camera_file, &opened.devices.camera) {
         (Some(path), Some(_)) => Some(FloorCamera::load(path)?),
         (None, Some(_)) if opened.simulation.is_some() => Some(simulated_eye()?),
         (None, Some(_)) => bail!("--camera: expected --camera-file CAMERA.json with it"),
         (_, None) => None,
     };
+    let recipe = recipe(args, &map, eye.as_ref())?;
+    let path = args.out.join(LOG);
+    let log = MissionLog::begin(&path, drawn(&opened.sensor), &recipe, opened.again)
+        .with_context(|| format!("{}", path.display()))?;
     let plan_sigma = PLAN_SIGMAS[usize::from(args.plan.is_none())];
     let sight = eye.map(|eye| {
         let params = LocateParams {
@@ -99,12 +102,14 @@ pub(super) fn run(args: &DriveArgs, output: &Output) -> anyhow::Result<output::O
         sensor: opened.sensor,
         budget: args.budget,
     };
-    let devices = recorded(opened.devices, &log);
+    let devices = log.recorded(opened.devices);
     let truth = opened.simulation.as_ref();
-    let mut tally = Tally::new(truth, job.start, &log, output);
-    let done = driven(devices, job, &mut tally, &|| interrupt.came())?;
+    let mut tally = Tally::new(truth, job.start, log.writer(), output);
+    let done = driven(devices, job, &mut tally, &|| {
+        interrupt.came() || log.interrupts()
+    })?;
     log.finish()
-        .with_context(|| format!("{}", args.out.join(LOG).display()))?;
+        .with_context(|| format!("{}", path.display()))?;
     save(&args.out, &done)?;
     output.answer(&done.answer, || text(&done.answer, &args.out))?;
     Ok(match done.outcome {
@@ -119,6 +124,47 @@ fn floor_plan(path: Option<&Path>, map: &OccupancyMap) -> anyhow::Result<FloorPl
     };
     let text = super::read_text(path, MOST_PLAN_BYTES)?;
     FloorPlan::from_geojson(&text).with_context(|| format!("{}", path.display()))
+}
+
+/// All that the decisions of this drive depend on, but for what its devices will say.
+fn recipe(
+    args: &DriveArgs,
+    map: &OccupancyMap,
+    eye: Option<&FloorCamera>,
+) -> anyhow::Result<Recipe> {
+    let devices = &args.devices;
+    let [x, y, theta] = args.start;
+    let mut to = format!("{},{}", args.to.place[0], args.to.place[1]);
+    if let Some(heading) = args.to.heading {
+        to += &format!(",{heading}");
+    }
+    let mut recipe = Recipe::of("drive")
+        .with("--base", &devices.base)
+        .with("--sonar", &devices.sonar)
+        .with("--camera", &devices.camera)
+        .with("--start", format!("{x},{y},{theta}"))
+        .with("--to", to)
+        .with("--radius", args.radius)
+        .with("--budget", args.budget);
+    let folder = super::scratch::Scratch::new()?;
+    let yaml = folder.0.join("map.yaml");
+    // every value as it is
+    let plain = SaveOptions {
+        mode: MapMode::Raw,
+        plain_names: true,
+    };
+    let saved = save_map(&yaml, map, None, &plain)?;
+    recipe = recipe
+        .with_file("--map", "map.yaml", std::fs::read(&yaml)?)
+        .beside("map.pgm", std::fs::read(saved.image)?);
+    if let Some(path) = &args.plan {
+        let plan = super::read_text(path, MOST_PLAN_BYTES)?;
+        recipe = recipe.with_file("--plan", "plan.geojson", plan.into_bytes());
+    }
+    if let Some(eye) = eye {
+        recipe = recipe.with_file("--camera-file", "camera.json", eye.to_json().into_bytes());
+    }
+    Ok(recipe)
 }
 
 /// The simulated robot's camera, as marks on the floor would calibrate it.
@@ -149,42 +195,16 @@ struct Driven {
 /// The run log: it is on disk up to the last moment, whatever ends the program.
 const LOG: &str = "run.mcap";
 
-fn run_log(folder: &Path, sensor: &SonarModel) -> anyhow::Result<Arc<LogWriter>> {
-    let path = folder.join(LOG);
-    let sonar = SonarFrame {
-        beam: sensor.beam_width,
-        min_range: sensor.blanking,
-        max_range: sensor.max_range,
-        base_from_sonar: sensor.mount,
-    };
-    let params = LogParams {
-        sonar,
+/// Shots as they are drawn.
+fn drawn(sensor: &SonarModel) -> LogParams {
+    LogParams {
+        sonar: SonarFrame {
+            beam: sensor.beam_width,
+            min_range: sensor.blanking,
+            max_range: sensor.max_range,
+            base_from_sonar: sensor.mount,
+        },
         ..LogParams::default()
-    };
-    let log = LogWriter::create(&path, params).with_context(|| format!("{}", path.display()))?;
-    Ok(Arc::new(log))
-}
-
-type Taped<D> = Recorded<D, Arc<LogWriter>>;
-
-/// The same devices, every call of which is in the log.
-fn recorded<B, S, C, K>(
-    devices: Devices<B, S, C, K>,
-    log: &Arc<LogWriter>,
-) -> Devices<Taped<B>, Taped<S>, Taped<C>, Taped<K>>
-where
-    B: DifferentialDrive,
-    S: RangeFinder,
-    C: Camera,
-    K: Clock,
-{
-    Devices {
-        base: Recorded::new(devices.base, log.clone()),
-        sonar: Recorded::new(devices.sonar, log.clone()),
-        camera: devices
-            .camera
-            .map(|camera| Recorded::new(camera, log.clone())),
-        clock: Recorded::new(devices.clock, log.clone()),
     }
 }
 

@@ -17,6 +17,7 @@ mod locate;
 mod map;
 mod plan;
 mod replay;
+mod scratch;
 mod sensor;
 mod target_sheet;
 mod why;

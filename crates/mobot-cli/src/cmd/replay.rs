@@ -9,6 +9,7 @@ use anyhow::{Context as _, bail};
 use clap::Parser as _;
 use serde::Serialize;
 
+use super::scratch::Scratch;
 use crate::args::{Cli, ReplayArgs};
 use crate::output::{Outcome, Output};
 use crate::run_log::{Decision, DecisionCheck, LogError, LogReader, Message, Recipe, Verdict};
@@ -17,7 +18,7 @@ use crate::run_log::{Decision, DecisionCheck, LogError, LogReader, Message, Reci
 /// the log.
 const COMMANDS: [&str; 2] = ["drive", "explore"];
 /// Options that hold values.
-const VALUES: [&str; 10] = [
+const VALUES: [&str; 9] = [
     "--base",
     "--sonar",
     "--turret",
@@ -27,7 +28,6 @@ const VALUES: [&str; 10] = [
     "--radius",
     "--budget",
     "--resolution",
-    "--seed",
 ];
 /// Options that hold files of the log.
 const FILES: [&str; 3] = ["--map", "--plan", "--camera-file"];
@@ -159,24 +159,5 @@ impl Iterator for Decisions<'_> {
                 }
             }
         }
-    }
-}
-
-/// A folder for as long as it is needed.
-struct Scratch(std::path::PathBuf);
-
-impl Scratch {
-    fn new() -> anyhow::Result<Self> {
-        let name = format!("mobot-replay-{}", std::process::id());
-        let folder = std::env::temp_dir().join(name);
-        // one that is there already may be somebody else's
-        std::fs::create_dir(&folder).with_context(|| format!("{}", folder.display()))?;
-        Ok(Self(folder))
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }

@@ -63,5 +63,5 @@ pub use mission::{Again, MissionLog};
 pub use read::{Entry, LogError, LogReader, Message};
 pub use recipe::{Recipe, RecipeError, RecipeOption};
 pub use stamps::Stamps;
-pub use tape::{Recordings, replay, replay_all};
+pub use tape::{Recordings, calls, replay, replay_all};
 pub use write::{Level, LogParams, LogWriter, SonarFrame};

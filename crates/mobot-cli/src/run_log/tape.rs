@@ -13,6 +13,16 @@ use mobot_hw::wrap::{Call, Device, Replay};
 use super::read::{LogError, LogReader, Message};
 use super::write::{LogParams, LogWriter};
 
+/// The calls of a log, with their pictures.
+///
+/// # Errors
+/// If the file cannot be opened or is no run log.
+pub fn calls(
+    path: &Path,
+) -> Result<impl Iterator<Item = Result<Call, LogError>> + use<>, LogError> {
+    Calls::open(path)
+}
+
 /// The devices of a log, all together: their calls must come in the order of the log.
 ///
 /// # Errors
@@ -63,7 +73,7 @@ impl Recordings {
 
 /// The calls of a log with their pictures, read while they are needed.
 #[derive(Debug)]
-pub(super) struct Calls<R> {
+struct Calls<R> {
     entries: LogReader<R>,
     /// The last picture.
     picture: Vec<u8>,

@@ -1,5 +1,6 @@
 //! The run log: what goes in comes out, here and in other people's readers, whole or cut off.
 
+mod again;
 mod cut;
 mod foreign;
 mod hostile;
