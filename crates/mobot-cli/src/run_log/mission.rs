@@ -44,6 +44,9 @@ impl Again {
     }
 }
 
+/// A device whose calls go to a log.
+pub type Logged<D> = Recorded<D, Arc<LogWriter>>;
+
 /// The log that a mission writes.
 #[derive(Debug)]
 pub struct MissionLog {
@@ -72,12 +75,7 @@ impl MissionLog {
     pub fn recorded<B, S, C, K>(
         &self,
         devices: Devices<B, S, C, K>,
-    ) -> Devices<
-        Recorded<B, Arc<LogWriter>>,
-        Recorded<S, Arc<LogWriter>>,
-        Recorded<C, Arc<LogWriter>>,
-        Recorded<K, Arc<LogWriter>>,
-    > {
+    ) -> Devices<Logged<B>, Logged<S>, Logged<C>, Logged<K>> {
         let to = || self.writer.clone();
         Devices {
             base: Recorded::new(devices.base, to()),

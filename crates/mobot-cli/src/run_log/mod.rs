@@ -59,7 +59,7 @@ mod write;
 
 pub use call::CallRecord;
 pub use decision::{Decision, DecisionCheck, Difference, Input, Verdict};
-pub use mission::{Again, MissionLog};
+pub use mission::{Again, Logged, MissionLog};
 pub use read::{Entry, LogError, LogReader, Message};
 pub use recipe::{Recipe, RecipeError, RecipeOption};
 pub use stamps::Stamps;
