@@ -444,7 +444,7 @@ impl State {
         let (width, height) = frame.image.dimensions();
         // little compression: the loop waits for it
         let encoder =
-            PngEncoder::new_with_quality(&mut data, CompressionType::Fast, FilterType::Up);
+            PngEncoder::new_with_quality(&mut data, CompressionType::Fast, FilterType::Avg);
         let written =
             encoder.write_image(frame.image.as_raw(), width, height, ExtendedColorType::L8);
         if written.is_err() || data.len() > MAX_RECORD / 2 {

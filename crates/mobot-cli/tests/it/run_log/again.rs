@@ -95,47 +95,64 @@ fn a_drive_with_a_camera_decides_the_same_from_its_log() {
     }
 }
 
-/// Interrupted, the robot stops; the log knows when, and its replay stops there, too.
+/// The log of a drive that gets this signal under way, and whether it ended in order.
 #[cfg(unix)]
-#[test]
-fn an_interrupted_drive_is_interrupted_again() {
+fn stopped_by(folder: &Path, signal: rustix::process::Signal) -> (PathBuf, bool) {
     use std::process::{Command, Stdio};
 
-    let folder = tempfile::tempdir().unwrap();
-    let map = folder.path().join("office.yaml");
+    let map = folder.join("office.yaml");
     let site = Site::without_people("office");
-    save_map(&map, &site.map, None, &SaveOptions::default()).unwrap();
-    let out = folder.path().join("out");
+    save_map(&map, &site.map, None, &SaveOptions::default()).expect("a map");
+    let out = folder.join("out");
     let mut child = Command::new(env!("CARGO_BIN_EXE_mobot"))
-        .args([
-            "drive", "--world", "office", "--start", "1.5,0,0", "--to", "14,-2",
-        ])
+        .args(["drive", "--world", "office", "--start", "1.5,0,0"])
+        .args(["--camera", "sim:", "--to", "14,-2"])
         .args(arguments!["--map", &map, "--out", &out])
         .stdout(Stdio::null())
         .stderr(Stdio::null())
         .spawn()
-        .unwrap();
+        .expect("it starts");
     let log = out.join("run.mcap");
-    let moved = || {
-        let decisions = LogReader::open(&log).ok().map(|log| {
-            let decision =
-                |e: &mobot_cli::run_log::Entry| matches!(e.message, Message::Decision(_));
-            log.flatten().filter(decision).count()
-        });
-        decisions > Some(100)
+    let under_way = || {
+        let decision = |e: &mobot_cli::run_log::Entry| matches!(e.message, Message::Decision(_));
+        LogReader::open(&log).is_ok_and(|log| log.flatten().filter(decision).count() > 100)
     };
     for _ in 0..2000 {
-        if moved() {
+        if under_way() {
             break;
         }
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
-    let pid = rustix::process::Pid::from_raw(i32::try_from(child.id()).unwrap()).unwrap();
-    let sent = rustix::process::kill_process(pid, rustix::process::Signal::INT);
-    let status = child.wait().unwrap();
-    assert!(sent.is_ok() && status.success(), "{status:?}");
+    let pid = i32::try_from(child.id()).expect("a process");
+    let pid = rustix::process::Pid::from_raw(pid).expect("a process");
+    rustix::process::kill_process(pid, signal).expect("it runs");
+    let status = child.wait().expect("it ends");
+    (log, status.success())
+}
+
+/// Interrupted, the robot stops; the log knows when, and its replay stops there, too.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_drive_is_interrupted_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let (log, in_order) = stopped_by(folder.path(), rustix::process::Signal::INT);
+    assert!(in_order);
     let (_, answer) = replay(&log);
     assert_eq!(answer["difference"], Value::Null, "{answer}");
     assert_eq!(answer["decisions_equal"], true);
     assert_eq!(answer["cut_off"], false);
+}
+
+/// What a killed drive left is decided again.
+#[cfg(unix)]
+#[test]
+fn a_killed_drive_leaves_a_log_that_replays() {
+    let folder = tempfile::tempdir().unwrap();
+    let (log, in_order) = stopped_by(folder.path(), rustix::process::Signal::KILL);
+    assert!(!in_order);
+    let (_, answer) = replay(&log);
+    assert_eq!(answer["difference"], Value::Null, "{answer}");
+    assert_eq!(answer["decisions_equal"], true);
+    assert_eq!(answer["cut_off"], true);
+    assert!(answer["decisions"].as_u64() > Some(100), "{answer}");
 }
