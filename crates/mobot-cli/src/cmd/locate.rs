@@ -139,7 +139,7 @@ fn observations(lines: &[Segment], features: &FloorFeatures) -> Observations {
         EdgeObservation {
             start: line.start,
             end: line.end,
-            covariance: line.covariance,
+            covariance: edge.covariance,
             confidence: edge.confidence,
         }
     });

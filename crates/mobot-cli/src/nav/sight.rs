@@ -140,7 +140,7 @@ pub fn observations(lines: &[Segment], features: &FloorFeatures) -> Observations
         EdgeObservation {
             start: line.start,
             end: line.end,
-            covariance: line.covariance,
+            covariance: edge.covariance,
             confidence: edge.confidence,
         }
     });
