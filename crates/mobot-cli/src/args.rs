@@ -6,10 +6,12 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 mod demo;
 mod devices;
+mod explore;
 mod mission;
 
 pub use demo::DemoArgs;
 pub use devices::{DeviceArgs, DevicesArgs, EmulateArgs};
+pub use explore::{ExploreArgs, HandArg};
 pub use mission::{DriveArgs, Goal};
 
 /// Sonar logs to maps, maps to certified roadmaps, roadmaps to routes; camera frames to floor metres.
@@ -54,6 +56,8 @@ pub enum Command {
     Floor(FloorArgs),
     /// Draw the floor of a frame as seen from above.
     Birdseye(BirdseyeArgs),
+    /// Explore a building and map it: surveys by sonar, along the walls, then to what is left.
+    Explore(Box<ExploreArgs>),
     /// List ports and cameras, and ask the named devices who they are.
     Devices(Box<DevicesArgs>),
     /// Emulate devices of a simulated robot on pseudo-terminals, until interrupted.

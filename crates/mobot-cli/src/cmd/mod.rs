@@ -8,6 +8,7 @@ mod demo;
 mod devices;
 mod drive;
 mod emulate;
+mod explore;
 mod floor;
 mod floorplan;
 mod graph;
@@ -53,6 +54,7 @@ fn dispatch(command: Command, output: Output) -> anyhow::Result<Outcome> {
         Command::Calibrate(args) => calibrate::run(&args, &output),
         Command::Floor(args) => floor::run(&args, &output),
         Command::Birdseye(args) => birdseye::run(&args, &output),
+        Command::Explore(args) => explore::run(&args, &output),
         Command::Devices(args) => devices::run(&args, &output),
         Command::Emulate(args) => emulate::run(&args, &output),
         Command::Demo(args) => demo::run(&args, &output),

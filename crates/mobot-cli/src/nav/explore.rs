@@ -8,7 +8,7 @@ use super::hop::{Hop, HopParams, HopStep};
 use super::itinerary::{Itinerary, ItineraryParams, Leg, Reason};
 use super::seen::{Seen, SeenParams};
 use super::survey::{Survey, SurveyParams};
-use super::{Action, Behaviour, Event, Motion, Observation, Outcome};
+use super::{Action, Behaviour, Confidence, Event, Motion, Observation, Outcome, StopCause};
 
 /// How a building is explored.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,7 +25,8 @@ pub struct ExploreParams {
     pub hop: HopParams,
     /// When it ends, whatever is left [s since the first step].
     pub budget: f64,
-    /// A latched stop that is not lifted for this long ends the exploration [s].
+    /// A latched stop that is not lifted for this long ends the exploration, and so does a pose that cannot be
+    /// trusted [s].
     pub patience: f64,
 }
 
@@ -75,6 +76,7 @@ pub struct Explore {
     tally: Tally,
     began: Option<f64>,
     halted_since: Option<f64>,
+    doubtful_since: Option<f64>,
     /// Where the way was blocked last.
     blocked: Option<Point2>,
 }
@@ -92,6 +94,7 @@ impl Explore {
             tally: Tally::default(),
             began: None,
             halted_since: None,
+            doubtful_since: None,
             blocked: None,
             params,
         })
@@ -137,6 +140,20 @@ impl Explore {
             motion: Motion::Resume,
             ..Action::stand("resuming")
         })
+    }
+
+    /// A pose that is not trusted for long: the map would smear.
+    fn doubtful(&mut self, seen: &Observation<'_>) -> Option<Action> {
+        let cause = match seen.pose.confidence {
+            Confidence::Tracking => {
+                self.doubtful_since = None;
+                return None;
+            }
+            Confidence::Uncertain => StopCause::PoseUncertain,
+            Confidence::Lost => StopCause::Lost,
+        };
+        let since = *self.doubtful_since.get_or_insert(seen.now);
+        (seen.now - since > self.params.patience).then(|| Action::done(Outcome::Stopped(cause)))
     }
 
     fn surveyed(&mut self, shots: &[Shot], here: Pose2) -> Action {
@@ -186,7 +203,7 @@ impl Behaviour for Explore {
         if seen.now - began >= self.params.budget {
             return Action::done(Outcome::BudgetOver);
         }
-        if let Some(action) = self.halted(seen) {
+        if let Some(action) = self.halted(seen).or_else(|| self.doubtful(seen)) {
             return action;
         }
         match &mut self.state {

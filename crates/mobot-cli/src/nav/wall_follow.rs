@@ -55,6 +55,8 @@ pub enum Along {
     Nowhere,
 }
 
+/// A stop this near is the one where the robot stands [m].
+const HERE: f64 = 0.15;
 /// Angle between two directions that are tried [rad].
 const TURN: f64 = 10.0 / 180.0 * std::f64::consts::PI;
 
@@ -78,9 +80,10 @@ pub fn along_the_wall(
             let Some(stop) = farthest(reach, here, direction, margin, params) else {
                 continue;
             };
-            let known = stops
-                .iter()
-                .find(|known| known.distance(stop) < params.known);
+            // short steps end near to where they begin
+            let known = stops.iter().find(|known| {
+                known.distance(stop) < params.known && known.distance(here.position()) > HERE
+            });
             return known.map_or(Along::Next(stop), |&known| Along::Known(known));
         }
     }
@@ -132,7 +135,12 @@ mod tests {
                 hand,
                 ..WallFollowParams::default()
             };
-            let mut here = Pose2::new(1.0, 0.6, 0.0);
+            // the wall is on the side of the hand
+            let (x, heading) = match hand {
+                Hand::Right => (1.0, 0.0),
+                Hand::Left => (5.0, std::f64::consts::PI),
+            };
+            let mut here = Pose2::new(x, 0.6, heading);
             let mut stops = vec![here.position()];
             let mut turned = 0.0;
             let closed = loop {

@@ -5,6 +5,7 @@ mod camera;
 mod commands;
 mod devices;
 mod emulate;
+mod explore;
 mod nav;
 mod nav_command;
 mod nav_drive;
