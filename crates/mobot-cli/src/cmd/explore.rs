@@ -127,7 +127,7 @@ pub(super) fn run(args: &ExploreArgs, output: &Output) -> anyhow::Result<Outcome
 }
 
 fn params(args: &ExploreArgs) -> anyhow::Result<ExploreParams> {
-    if !(args.budget > 0.0) {
+    if args.budget.is_nan() || args.budget <= 0.0 {
         bail!("--budget: expected a time above 0 s, found {}", args.budget);
     }
     if !(4..=360).contains(&args.shots) {
