@@ -220,11 +220,22 @@ fn corner(
     };
     Some(DoorCorner {
         pixel,
-        covariance: plane::crossing_covariance(&vertical, &floor, pixel)?,
+        covariance: shaded(plane::crossing_covariance(&vertical, &floor, pixel)?),
         confidence: CORNER_MOST * sure(edge_confidence.sqrt() * door.confidence * fits),
         edge: Some(edge),
         door_edge,
     })
+}
+
+/// One sigma of what shade in the corner between wall and floor, and light around edges, shift a corner by,
+/// which no scatter along the lines shows [px].
+const SHADE_PX: f64 = 0.06;
+
+fn shaded(mut covariance: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
+    for (k, row) in covariance.iter_mut().enumerate() {
+        row[k] += SHADE_PX * SHADE_PX;
+    }
+    covariance
 }
 
 /// How far a vertical may end above a floor edge, over [`FloorParams::corner_gap_px`].
