@@ -110,7 +110,7 @@ const FRAMES_EXPLORING: u32 = 60;
 const PLAN_SIGMA: f64 = 0.04;
 
 pub(super) fn run(args: &DemoArgs, output: &Output) -> anyhow::Result<Outcome> {
-    if !(args.budget > 0.0) {
+    if args.budget.is_nan() || args.budget <= 0.0 {
         bail!("--budget: expected a time above 0 s, found {}", args.budget);
     }
     let began = Instant::now();
@@ -298,7 +298,7 @@ impl Mission {
         let grid = self.explore.map()?;
         let map = grid.to_occupancy_map(FREE_AT_MOST, OCCUPIED_AT_LEAST);
         save_map(
-            &folder.join("map.yaml"),
+            folder.join("map.yaml"),
             &map,
             Some(grid.log_odds()),
             &SaveOptions::default(),

@@ -97,6 +97,9 @@ const ESTIMATE: Color = Color(0, 88, 196);
 const ODOMETRY: Color = Color(200, 80, 10);
 const ROADMAP: Color = Color(150, 150, 160);
 
+/// Lines that the page may hide: their class, name, colour, width and points.
+type Layer = (&'static str, &'static str, Color, f64, Vec<Vec<Point2>>);
+
 /// Moments that the page keeps at most: more would not be seen.
 const MOST_MOMENTS: usize = 3000;
 
@@ -155,7 +158,7 @@ impl Report<'_> {
             let poses = moments.iter().filter_map(pose);
             poses.map(|pose| pose.position()).collect()
         };
-        let layers: [(&str, &str, Color, f64, Vec<Vec<Point2>>); 6] = [
+        let layers: [Layer; 6] = [
             ("roadmap", "roadmap", ROADMAP, 1.0, self.roadmap.clone()),
             ("walls", "true walls", Color::FAULT, 1.2, self.walls.clone()),
             (

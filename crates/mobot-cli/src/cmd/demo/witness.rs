@@ -93,7 +93,7 @@ impl<'a, L: RunLog> Witness<'a, L> {
                     soundings: Vec::new(),
                 },
             );
-            let apart = |i: usize| sweep.soundings[i].0 != sweep.soundings[i - 1].0;
+            let apart = |i: usize| (sweep.soundings[i].0 - sweep.soundings[i - 1].0).abs() > 1e-6;
             // one all round, not a stare ahead
             if (1..SWEEP_SHOTS).all(apart) {
                 self.sweeps.push(sweep);
@@ -126,14 +126,13 @@ impl<L: RunLog> RunLog for Witness<'_, L> {
                 self.sweep.soundings.clear();
             }
             Entry::Route(points) => self.routes.push(points.to_vec()),
-            Entry::Frame(frame) => {
+            Entry::Frame(frame)
                 if self
                     .frames
                     .last()
-                    .is_none_or(|(t, _)| time - t >= FRAME_EVERY)
-                {
-                    self.frames.push((time, frame.image.clone()));
-                }
+                    .is_none_or(|(t, _)| time - t >= FRAME_EVERY) =>
+            {
+                self.frames.push((time, frame.image.clone()));
             }
             Entry::Correction(correction) => {
                 let cue = if correction.cue == Cue::Sonar {
