@@ -96,14 +96,10 @@ struct Localization {
 
 type SimRunner = Runner<SimBase, Turret<SimSonar, SimPan>, SimCamera, SimClock>;
 
-/// The radius for which routes are certified [m]: the body's, and a hand's breadth.
-const ROOM: f64 = 0.08;
-/// How far the demonstration's wheels and their distance are off what they are said to be, one sigma. Nothing
-/// corrects the pose while the building is unknown, so that the robot's wheels are calibrated.
-const WHEELS_OFF: f64 = 0.0005;
-const TRACK_OFF: f64 = 0.001;
-/// Random slip of a wheel after 1 m, one sigma [m]: a hard floor.
-const SLIP: f64 = 0.0005;
+/// Room on either side of the body for which routes are certified [m].
+const ROOM: f64 = 0.175;
+/// One sigma of what is exact, for a filter that divides by it.
+const EXACT: f64 = 1e-6;
 /// Steps from frame to frame while nothing is known that a frame could be compared with: for the log alone.
 const FRAMES_EXPLORING: u32 = 60;
 /// One sigma of a floor plan that a sonar's map gave [m].
@@ -115,37 +111,49 @@ pub(super) fn run(args: &DemoArgs, output: &Output) -> anyhow::Result<Outcome> {
     }
     let began = Instant::now();
     let world = crate::world::load(&args.world, None)?;
-    let robot = calibrated();
-    let simulation = Simulation::new(world.clone(), robot, args.seed)?;
+    let (calibrated, worn) = robots();
     let interrupt = Interrupt::watch().context("signals")?;
+    let interrupted = || interrupt.came();
     std::fs::create_dir_all(&args.out).with_context(|| format!("{}", args.out.display()))?;
     let file = |name: &str| args.out.join(name);
-    let log = LogWriter::create(&file("run.mcap"), LogParams::default())
-        .with_context(|| format!("{}", file("run.mcap").display()))?;
-    let mut witness = Witness::new(&log, &simulation, output);
 
-    let mut mission = Mission::begin(&simulation, &robot, args.budget)?;
-    let explored = mission.explore(&mut witness, &|| interrupt.came());
-    let made = mission.map(&args.out, &mut witness)?;
-    let there = mission.farthest(&made);
-    let driven = mission.drive(&made, there.as_ref(), &robot, &mut witness, &|| {
-        interrupt.came()
-    })?;
+    let first = Simulation::new(world.clone(), calibrated, args.seed)?;
+    let log = run_log(&file("explore.mcap"))?;
+    let mut witness = Witness::new(&log, &first, output);
+    let (explore, explored) =
+        explore(&first, &calibrated, args.budget, &mut witness, &interrupted)?;
+    let made = map(&explore, &calibrated, &args.out, &mut witness)?;
+    log.finish().context("explore.mcap")?;
 
-    let score = score(&made.map, &world, &robot, witness.map_from_world());
-    let truth = simulation.truth();
+    let second = Simulation::new(world.clone(), worn, args.seed)?;
+    let log = run_log(&file("drive.mcap"))?;
+    let mut witness = witness.on(&log, &second);
+    let there = farthest(&made);
+    let driven = drive(
+        &second,
+        &worn,
+        &made,
+        there.as_ref(),
+        &mut witness,
+        &interrupted,
+    )?;
+    log.finish().context("drive.mcap")?;
+
+    let score = score(&made.map, &world, &worn, witness.map_from_world());
+    let truths = [first.truth(), second.truth()];
+    let collisions = truths.iter().map(|t| t.collisions).sum();
     let localization = localization(&witness.moments, driven.began);
     let paper = args
         .paper
         .then(|| page::paper(&made.map, made.radius, &args.out))
         .transpose()?;
     let answer = Answer {
-        ok: driven.reached && driven.back && truth.collisions == 0,
+        ok: driven.reached && driven.back && collisions == 0,
         outcome: driven.outcome,
         map: MapAnswer {
             explored: words(&explored),
-            stops: mission.explore.seen().stops().len(),
-            shots: mission.explore.seen().shots().len(),
+            stops: explore.seen().stops().len(),
+            shots: explore.seen().shots().len(),
             score,
         },
         graph: GraphAnswer {
@@ -170,26 +178,24 @@ pub(super) fn run(args: &DemoArgs, output: &Output) -> anyhow::Result<Outcome> {
             reached: driven.reached,
             back: driven.back,
             off_m: driven.off,
-            collisions: truth.collisions,
-            min_clearance_m: truth.least_clearance,
-            distance_m: truth.driven,
+            collisions,
+            min_clearance_m: truths[0].least_clearance.min(truths[1].least_clearance),
+            distance_m: truths.iter().map(|t| t.driven).sum(),
         },
         localization,
         paper,
-        simulated_s: truth.time,
+        simulated_s: truths.iter().map(|t| t.time).sum(),
         elapsed_s: began.elapsed().as_secs_f64(),
     };
     output.stage("writing the page");
     let walls = world.floor_outline();
-    let html = page::html(&answer, args, &made, &walls, &robot, &witness)?;
+    let html = page::html(&answer, args, &made, &walls, &worn, &witness)?;
     write(&file("report.html"), html.as_bytes())?;
     write(&file("events.jsonl"), &page::events(&witness.events))?;
     write(
         &file("summary.json"),
         (serde_json::to_string_pretty(&answer)? + "\n").as_bytes(),
     )?;
-    log.finish()
-        .with_context(|| format!("{}", file("run.mcap").display()))?;
     output.answer(&answer, || text(&answer, &args.out))?;
     Ok(if answer.ok {
         Outcome::Done
@@ -198,18 +204,20 @@ pub(super) fn run(args: &DemoArgs, output: &Output) -> anyhow::Result<Outcome> {
     })
 }
 
-/// The simulated robot, its wheels calibrated as well as [`WHEELS_OFF`] and [`TRACK_OFF`] say.
-fn calibrated() -> RobotParams {
+/// The robot on the day it explores and on the day it drives. Nothing corrects the pose while the building is
+/// unknown, so that on the first its wheels are exact; on the second they are what simulated wheels are.
+fn robots() -> (RobotParams, RobotParams) {
+    let worn = RobotParams::default();
     let base = BaseParams {
-        wheel_error: [1.0 + WHEELS_OFF, 1.0 - WHEELS_OFF],
-        track_error: 1.0 + TRACK_OFF,
-        slip_noise: SLIP,
-        ..BaseParams::default()
+        radius: worn.base.radius,
+        height: worn.base.height,
+        ..BaseParams::ideal()
     };
-    RobotParams {
-        base,
-        ..RobotParams::default()
-    }
+    (RobotParams { base, ..worn }, worn)
+}
+
+fn run_log(path: &Path) -> anyhow::Result<LogWriter> {
+    LogWriter::create(path, LogParams::default()).with_context(|| format!("{}", path.display()))
 }
 
 fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
@@ -234,171 +242,149 @@ struct Driven {
     off: [f64; 2],
 }
 
-/// The robot on its way through the mission.
-struct Mission {
-    runner: Option<SimRunner>,
-    explore: Explore,
-    sonar: SonarModel,
-    radius: f64,
+fn devices(
+    simulation: &Simulation,
+) -> Devices<SimBase, Turret<SimSonar, SimPan>, SimCamera, SimClock> {
+    Devices {
+        base: simulation.base(),
+        sonar: simulation.turret(),
+        camera: Some(simulation.camera()),
+        clock: simulation.clock(),
+    }
 }
 
-impl Mission {
-    fn begin(simulation: &Simulation, robot: &RobotParams, budget: f64) -> anyhow::Result<Self> {
-        let devices = Devices {
-            base: simulation.base(),
-            sonar: simulation.turret(),
-            camera: Some(simulation.camera()),
-            clock: simulation.clock(),
-        };
-        let params = ExploreParams {
-            budget,
-            ..ExploreParams::default()
-        };
-        let sonar = SonarModel {
-            blanking: robot.sonar.blanking,
-            sigma: 0.05,
-            mount: robot.base_from_sonar,
-            ..params.sonar
-        };
-        let runner = RunnerParams {
-            frame_every: FRAMES_EXPLORING,
-            filter: FilterParams {
-                wheel_sigma: WHEELS_OFF,
-                track_sigma: TRACK_OFF,
-                slip: 2.0 * SLIP,
-                ..FilterParams::default()
-            },
-            ..RunnerParams::of(robot.base.radius, sonar)
-        };
-        Ok(Self {
-            runner: Some(Runner::new(devices, Pose2::default(), runner)?),
-            explore: Explore::new(params)?,
-            sonar,
-            radius: robot.base.radius,
-        })
+fn sonar(robot: &RobotParams) -> SonarModel {
+    SonarModel {
+        blanking: robot.sonar.blanking,
+        sigma: 0.05,
+        mount: robot.base_from_sonar,
+        ..ExploreParams::default().sonar
     }
+}
 
-    fn explore<L: nav::RunLog>(
-        &mut self,
-        witness: &mut Witness<'_, L>,
-        interrupted: &dyn Fn() -> bool,
-    ) -> nav::Outcome {
-        witness.say("exploring");
-        let runner = self.runner.as_mut().expect("a robot");
-        runner.run(&mut self.explore, witness, interrupted)
-    }
+fn explore<L: nav::RunLog>(
+    simulation: &Simulation,
+    robot: &RobotParams,
+    budget: f64,
+    witness: &mut Witness<'_, L>,
+    interrupted: &dyn Fn() -> bool,
+) -> anyhow::Result<(Explore, nav::Outcome)> {
+    witness.say("exploring");
+    let params = RunnerParams {
+        frame_every: FRAMES_EXPLORING,
+        filter: FilterParams {
+            wheel_sigma: EXACT,
+            track_sigma: EXACT,
+            slip: EXACT,
+            ..FilterParams::default()
+        },
+        ..RunnerParams::of(robot.base.radius, sonar(robot))
+    };
+    let mut runner = Runner::new(devices(simulation), Pose2::default(), params)?;
+    let mut explore = Explore::new(ExploreParams {
+        budget,
+        ..ExploreParams::default()
+    })?;
+    let outcome = runner.run(&mut explore, witness, interrupted);
+    Ok((explore, outcome))
+}
 
-    /// Map, stages, roadmap and floor plan, saved.
-    fn map<L: nav::RunLog>(
-        &self,
-        folder: &Path,
-        witness: &mut Witness<'_, L>,
-    ) -> anyhow::Result<Made> {
-        witness.say("explaining all shots at once");
-        let grid = self.explore.map()?;
-        let map = grid.to_occupancy_map(FREE_AT_MOST, OCCUPIED_AT_LEAST);
-        save_map(
-            folder.join("map.yaml"),
-            &map,
-            Some(grid.log_odds()),
-            &SaveOptions::default(),
-        )?;
-        let mut shots = Vec::new();
-        write_log(&mut shots, self.explore.seen().shots())?;
-        write(&folder.join("sonar.csv"), &shots)?;
-        write(
-            &folder.join("sensor.toml"),
-            toml::to_string(&self.sonar)?.as_bytes(),
-        )?;
-        super::clean::stages(&map, false, &folder.join("stages"))?;
-        let radius = self.radius + ROOM;
-        let graph = super::graph::roadmap(&FreeSpace::from_map(&map), radius)?;
-        let text = RouteGraph::from_voronoi(&graph).to_geojson()?;
-        write(&folder.join("graph.geojson"), &text)?;
-        let mut scene = Scene::of_map(&map);
-        super::graph::draw(&mut scene, &graph);
-        picture::save(&scene, &folder.join("graph.svg")).context("picture")?;
-        let plan = FloorPlan::from_map(&map, &DeriveParams::default());
-        if !plan.is_empty() {
-            write(&folder.join("plan.geojson"), plan.to_geojson().as_bytes())?;
-        }
-        Ok(Made {
-            map,
-            graph,
-            plan,
-            radius,
-        })
+/// Map, stages, roadmap and floor plan, saved.
+fn map<L: nav::RunLog>(
+    explore: &Explore,
+    robot: &RobotParams,
+    folder: &Path,
+    witness: &mut Witness<'_, L>,
+) -> anyhow::Result<Made> {
+    witness.say("explaining all shots at once");
+    let grid = explore.map()?;
+    let map = grid.to_occupancy_map(FREE_AT_MOST, OCCUPIED_AT_LEAST);
+    save_map(
+        folder.join("map.yaml"),
+        &map,
+        Some(grid.log_odds()),
+        &SaveOptions::default(),
+    )?;
+    let mut shots = Vec::new();
+    write_log(&mut shots, explore.seen().shots())?;
+    write(&folder.join("sonar.csv"), &shots)?;
+    let model = toml::to_string(&sonar(robot))?;
+    write(&folder.join("sensor.toml"), model.as_bytes())?;
+    super::clean::stages(&map, false, &folder.join("stages"))?;
+    let radius = robot.base.radius + ROOM;
+    let graph = super::graph::roadmap(&FreeSpace::from_map(&map), radius)?;
+    let text = RouteGraph::from_voronoi(&graph).to_geojson()?;
+    write(&folder.join("graph.geojson"), &text)?;
+    let mut scene = Scene::of_map(&map);
+    super::graph::draw(&mut scene, &graph);
+    picture::save(&scene, &folder.join("graph.svg")).context("picture")?;
+    let plan = FloorPlan::from_map(&map, &DeriveParams::default());
+    if !plan.is_empty() {
+        write(&folder.join("plan.geojson"), plan.to_geojson().as_bytes())?;
     }
+    Ok(Made {
+        map,
+        graph,
+        plan,
+        radius,
+    })
+}
 
-    /// The longest of the routes to the nodes of the roadmap.
-    fn farthest(&self, made: &Made) -> Option<voronoi_plan::Route> {
-        let runner = self.runner.as_ref()?;
-        let here = runner.filter().estimate().map_from_base.position();
-        let space = FreeSpace::from_map(&made.map);
-        let planner = Planner::new(&space, &made.graph, ClearanceField::new(&space));
-        let routes =
-            made.graph
-                .nodes
-                .iter()
-                .filter_map(|node| match planner.plan(here, node.point) {
-                    Plan::Ok(route) => Some(route),
-                    _ => None,
-                });
-        routes.max_by(|a, b| a.length.total_cmp(&b.length))
-    }
+/// The longest of the routes from the start to the nodes of the roadmap.
+fn farthest(made: &Made) -> Option<voronoi_plan::Route> {
+    let space = FreeSpace::from_map(&made.map);
+    let planner = Planner::new(&space, &made.graph, ClearanceField::new(&space));
+    let start = Point2::new(0.0, 0.0);
+    let nodes = made.graph.nodes.iter();
+    let routes = nodes.filter_map(|node| match planner.plan(start, node.point) {
+        Plan::Ok(route) => Some(route),
+        _ => None,
+    });
+    routes.max_by(|a, b| a.length.total_cmp(&b.length))
+}
 
-    /// There and back.
-    fn drive<L: nav::RunLog>(
-        &mut self,
-        made: &Made,
-        there: Option<&voronoi_plan::Route>,
-        robot: &RobotParams,
-        witness: &mut Witness<'_, L>,
-        interrupted: &dyn Fn() -> bool,
-    ) -> anyhow::Result<Driven> {
-        let mut driven = Driven {
-            outcome: "nowhere to go".to_owned(),
-            began: f64::INFINITY,
-            reached: false,
-            back: false,
-            off: [f64::NAN; 2],
-        };
-        let Some(goal) = there.and_then(|route| route.points.last()) else {
-            return Ok(driven);
-        };
-        let params = LocateParams {
-            plan_sigma: PLAN_SIGMA,
-            ..LocateParams::default()
-        };
-        let eye =
-            nav::calibrated(&robot.camera).context("the simulated camera sees too few marks")?;
-        let sight = Sight::new(eye, made.plan.clone(), params).context("camera")?;
-        let runner = self.runner.take().expect("a robot");
-        let mut runner = runner
-            .knowing(made.map.clone(), made.plan.clone(), Some(sight))
-            .looking_every(RunnerParams::default().frame_every);
-        driven.began = runner.filter().estimate().stamp;
-        witness.say(format!("driving to ({:.2}, {:.2})", goal.x, goal.y));
-        let outcome = go(&mut runner, made, *goal, witness, interrupted);
-        driven.reached = outcome == nav::Outcome::Done;
-        driven.off[0] = witness.truth().position().distance(*goal);
-        driven.outcome = words(&outcome);
-        if driven.reached {
-            witness.say("driving back");
-            let outcome = go(
-                &mut runner,
-                made,
-                Point2::new(0.0, 0.0),
-                witness,
-                interrupted,
-            );
-            driven.back = outcome == nav::Outcome::Done;
-            driven.off[1] = witness.truth().position().distance(Point2::new(0.0, 0.0));
-            driven.outcome = words(&outcome);
-        }
-        self.runner = Some(runner);
-        Ok(driven)
+/// There and back.
+fn drive<L: nav::RunLog>(
+    simulation: &Simulation,
+    robot: &RobotParams,
+    made: &Made,
+    there: Option<&voronoi_plan::Route>,
+    witness: &mut Witness<'_, L>,
+    interrupted: &dyn Fn() -> bool,
+) -> anyhow::Result<Driven> {
+    let mut driven = Driven {
+        outcome: "nowhere to go".to_owned(),
+        began: witness.time(),
+        reached: false,
+        back: false,
+        off: [f64::NAN; 2],
+    };
+    let Some(goal) = there.and_then(|route| route.points.last()) else {
+        return Ok(driven);
+    };
+    let params = LocateParams {
+        plan_sigma: PLAN_SIGMA,
+        ..LocateParams::default()
+    };
+    let eye = nav::calibrated(&robot.camera).context("the simulated camera sees too few marks")?;
+    let sight = Sight::new(eye, made.plan.clone(), params).context("camera")?;
+    let params = RunnerParams::of(robot.base.radius, sonar(robot));
+    let mut runner = Runner::new(devices(simulation), Pose2::default(), params)?.knowing(
+        made.map.clone(),
+        made.plan.clone(),
+        Some(sight),
+    );
+    let mut to = |place: Point2, witness: &mut Witness<'_, L>| {
+        witness.say(format!("driving to ({:.2}, {:.2})", place.x, place.y));
+        let outcome = go(&mut runner, made, place, witness, interrupted);
+        let off = witness.truth().position().distance(place);
+        (outcome == nav::Outcome::Done, off, words(&outcome))
+    };
+    (driven.reached, driven.off[0], driven.outcome) = to(*goal, witness);
+    if driven.reached {
+        (driven.back, driven.off[1], driven.outcome) = to(Point2::new(0.0, 0.0), witness);
     }
+    Ok(driven)
 }
 
 fn go<L: nav::RunLog>(

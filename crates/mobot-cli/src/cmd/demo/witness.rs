@@ -24,6 +24,8 @@ pub(super) struct Witness<'a, L> {
     log: L,
     simulation: &'a Simulation,
     map_from_world: Pose2,
+    /// Of earlier runs [s].
+    before: f64,
     output: &'a Output,
     estimate: Option<PoseEstimate>,
     pub(super) moments: Vec<Moment>,
@@ -43,6 +45,7 @@ impl<'a, L: RunLog> Witness<'a, L> {
             log,
             simulation,
             map_from_world: simulation.truth().map_from_base.inverse(),
+            before: 0.0,
             output,
             estimate: None,
             moments: Vec::new(),
@@ -58,6 +61,30 @@ impl<'a, L: RunLog> Witness<'a, L> {
         }
     }
 
+    /// Looks on at another run from the same start, whose time goes on from here.
+    pub(super) fn on<M: RunLog>(self, log: M, simulation: &'a Simulation) -> Witness<'a, M> {
+        Witness {
+            before: self.time(),
+            log,
+            simulation,
+            map_from_world: self.map_from_world,
+            output: self.output,
+            estimate: None,
+            moments: self.moments,
+            events: self.events,
+            frames: self.frames,
+            sweeps: self.sweeps,
+            routes: self.routes,
+            corrections: self.corrections,
+            sweep: self.sweep,
+        }
+    }
+
+    /// Since the first run began [s].
+    pub(super) fn time(&self) -> f64 {
+        self.before + self.simulation.truth().time
+    }
+
     /// The building's frame in the map's.
     pub(super) const fn map_from_world(&self) -> Pose2 {
         self.map_from_world
@@ -67,8 +94,7 @@ impl<'a, L: RunLog> Witness<'a, L> {
     pub(super) fn say(&mut self, text: impl Into<String>) {
         let text = text.into();
         self.output.stage(text.clone());
-        self.events
-            .push((self.simulation.truth().time, text, false));
+        self.events.push((self.time(), text, false));
     }
 
     /// Where the robot is, in the map.
@@ -118,6 +144,7 @@ impl<'a, L: RunLog> Witness<'a, L> {
 impl<L: RunLog> RunLog for Witness<'_, L> {
     fn record(&mut self, time: f64, entry: Entry<'_>) {
         self.log.record(time, entry);
+        let time = self.before + time;
         match entry {
             Entry::Pose(estimate) => self.estimate = Some(*estimate),
             Entry::Odometry(pose) => self.moved(time, pose),
