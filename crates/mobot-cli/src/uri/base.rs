@@ -49,40 +49,27 @@ impl Role for Base {
                 Self::Sim
             }
             "create2" => Self::Create2 {
-                line: line(parts, create2::BAUD)?,
+                line: SerialLine::read(parts, create2::BAUD)?,
                 params: Create2Params {
                     limits: limits(&mut parts.options)?,
                     ..Create2Params::default()
                 },
             },
             "kobuki" => Self::Kobuki {
-                line: line(parts, kobuki::BAUD)?,
+                line: SerialLine::read(parts, kobuki::BAUD)?,
                 params: KobukiParams {
                     limits: limits(&mut parts.options)?,
                     ..KobukiParams::default()
                 },
             },
             "arduino" => Self::Arduino {
-                line: line(parts, arduino::BAUD)?,
+                line: SerialLine::read(parts, arduino::BAUD)?,
                 params: arduino_params(&mut parts.options)?,
             },
             "replay" => Self::Replay(parts.named("a recorded FILE")?.into()),
             _ => return Ok(None),
         }))
     }
-}
-
-/// A line at the base's usual baud rate: the guard opens no other.
-fn line(parts: &mut Parts<'_>, baud: u32) -> Result<SerialLine, UriError> {
-    let line = SerialLine::read(parts, baud)?;
-    if line.baud != baud {
-        return Err(UriError::Value {
-            key: "baud",
-            expected: "the base's usual 115200, or 57600 of an arduino",
-            found: line.baud.to_string(),
-        });
-    }
-    Ok(line)
 }
 
 fn limits(options: &mut Options) -> Result<WheelLimits, UriError> {
