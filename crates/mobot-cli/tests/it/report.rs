@@ -150,7 +150,7 @@ fn a_real_browser_shows_the_page_and_its_script_runs() {
     assert!(complaints.is_empty(), "{complaints:?}");
     // the script wrote the last moment's error, put three robots on the map, and marked frame and event
     assert!(dom.contains("99.8 s: error"), "{words}");
-    assert_eq!(dom.matches("fill-opacity").count(), 3);
+    assert_eq!(dom.matches("fill-opacity=\"0.25\"").count(), 3);
     assert!(dom.contains("<tr data-t=\"99.000\" class=\"now\">"));
     assert!(dom.contains("class=\"cursor\""));
 }
