@@ -139,7 +139,7 @@ fn observations(lines: &[Segment], features: &FloorFeatures) -> Observations {
         EdgeObservation {
             start: line.start,
             end: line.end,
-            covariance: edge.covariance,
+            covariance: line.covariance,
             confidence: edge.confidence,
         }
     });

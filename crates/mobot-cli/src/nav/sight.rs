@@ -140,7 +140,7 @@ pub fn observations(lines: &[Segment], features: &FloorFeatures) -> Observations
         EdgeObservation {
             start: line.start,
             end: line.end,
-            covariance: edge.covariance,
+            covariance: line.covariance,
             confidence: edge.confidence,
         }
     });
