@@ -115,9 +115,14 @@ impl Itinerary {
             &self.refused,
             &self.params.frontier,
         );
-        let way = found.iter().find_map(|f| reach.way_to(f.stop))?;
+        // a way may end early: what was refused there is refused for all frontiers behind it
+        let way = found.iter().find_map(|f| {
+            let way = self.felt(reach.way_to(f.stop)?, &reach, &stops);
+            let end = *way.last()?;
+            (!self.is_refused(end)).then_some(way)
+        })?;
         Some(Leg {
-            way: self.felt(way, &reach, &stops),
+            way,
             reason: Reason::Frontier,
             closed_at,
         })
