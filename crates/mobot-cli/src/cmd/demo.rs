@@ -21,6 +21,7 @@ use serde::Serialize;
 use voronoi_plan::geojson::RouteGraph;
 use voronoi_plan::{ClearanceField, FreeSpace, Plan, Planner, VoronoiGraph};
 
+use super::graph::Roadmap;
 use crate::args::DemoArgs;
 use crate::interrupt::Interrupt;
 use crate::nav::{
@@ -39,7 +40,7 @@ struct Answer {
     ok: bool,
     outcome: String,
     map: MapAnswer,
-    graph: GraphAnswer,
+    graph: Roadmap,
     route: RouteAnswer,
     drive: DriveAnswer,
     localization: Localization,
@@ -55,14 +56,6 @@ struct MapAnswer {
     stops: usize,
     shots: usize,
     score: Option<MapScore>,
-}
-
-#[derive(Serialize)]
-struct GraphAnswer {
-    nodes: usize,
-    arcs: usize,
-    components: usize,
-    min_clearance_m: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -156,12 +149,7 @@ pub(super) fn run(args: &DemoArgs, output: &Output) -> anyhow::Result<Outcome> {
             shots: explore.seen().shots().len(),
             score,
         },
-        graph: GraphAnswer {
-            nodes: made.graph.nodes.len(),
-            arcs: made.graph.arcs.len(),
-            components: made.graph.components(),
-            min_clearance_m: made.graph.min_clearance(),
-        },
+        graph: Roadmap::of(&made.graph),
         route: there.as_ref().map_or(
             RouteAnswer {
                 goal: [f64::NAN; 2],

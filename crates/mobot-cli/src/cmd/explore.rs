@@ -14,6 +14,7 @@ use serde::Serialize;
 use voronoi_plan::geojson::RouteGraph;
 use voronoi_plan::{FreeSpace, VoronoiGraph};
 
+use super::graph::Roadmap;
 use crate::args::ExploreArgs;
 use crate::interrupt::Interrupt;
 use crate::nav::{self, Explore, ExploreParams, FilterParams, Runner, RunnerParams};
@@ -27,7 +28,7 @@ struct Answer {
     ok: bool,
     outcome: String,
     map: MapAnswer,
-    graph: GraphAnswer,
+    graph: Roadmap,
     drive: DriveAnswer,
     explore: ExploreAnswer,
 }
@@ -39,14 +40,6 @@ struct MapAnswer {
     occupied: usize,
     unknown: usize,
     shots: usize,
-}
-
-#[derive(Serialize)]
-struct GraphAnswer {
-    nodes: usize,
-    arcs: usize,
-    components: usize,
-    min_clearance_m: Option<f64>,
 }
 
 /// Of a simulated robot what is true; of a real one what is known.
@@ -233,7 +226,7 @@ fn roadmap(
     explore: &Explore,
     params: &ExploreParams,
     files: &Files,
-) -> anyhow::Result<GraphAnswer> {
+) -> anyhow::Result<Roadmap> {
     let radius = params.itinerary.reach.radius;
     let graph: VoronoiGraph = super::graph::roadmap(&FreeSpace::from_map(map), radius)?;
     let text = RouteGraph::from_voronoi(&graph).to_geojson()?;
@@ -246,12 +239,7 @@ fn roadmap(
     }
     scene.note(Color(0, 90, 200), format!("{} stops", stops.len()));
     picture::save(&scene, &files.picture).context("picture")?;
-    Ok(GraphAnswer {
-        nodes: graph.nodes.len(),
-        arcs: graph.arcs.len(),
-        components: graph.components(),
-        min_clearance_m: graph.min_clearance(),
-    })
+    Ok(Roadmap::of(&graph))
 }
 
 fn map_answer(map: &OccupancyMap, explore: &Explore, files: &Files) -> MapAnswer {

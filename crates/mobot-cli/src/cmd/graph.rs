@@ -26,6 +26,26 @@ struct Answer {
     ours: Option<Beside>,
 }
 
+/// A roadmap in figures, as the mission's commands give them.
+#[derive(Serialize)]
+pub(super) struct Roadmap {
+    pub(super) nodes: usize,
+    pub(super) arcs: usize,
+    pub(super) components: usize,
+    pub(super) min_clearance_m: Option<f64>,
+}
+
+impl Roadmap {
+    pub(super) fn of(graph: &VoronoiGraph) -> Self {
+        Self {
+            nodes: graph.nodes.len(),
+            arcs: graph.arcs.len(),
+            components: graph.components(),
+            min_clearance_m: graph.min_clearance(),
+        }
+    }
+}
+
 /// The default pipeline on the same map, beside the paper's.
 #[derive(Serialize)]
 struct Beside {

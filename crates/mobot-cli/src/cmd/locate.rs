@@ -7,8 +7,8 @@ use linefeat::{
     FloorFeatures, FloorParams, FloorView, Segment, SegmentParams, canny, floor_features, segments,
 };
 use monocal::{
-    CornerObservation, EdgeObservation, FixStatus, FloorCamera, FloorPlan, GroundPoint,
-    LocateParams, Match, Observations, PixelPoint, PoseFix, Prior, locate,
+    FixStatus, FloorCamera, FloorPlan, GroundPoint, LocateParams, Match, Observations, PixelPoint,
+    PoseFix, Prior, locate,
 };
 use occgrid::{Point2, Pose2};
 use serde::Serialize;
@@ -16,6 +16,7 @@ use serde::Serialize;
 use super::lines::{EDGES, OVERLAY_SIDE_PX};
 use crate::args::LocateArgs;
 use crate::frame::Frame;
+use crate::nav::observations;
 use crate::output::{Outcome, Output};
 use crate::picture::{Color, Overlay, Panel, save_overlay};
 
@@ -130,29 +131,6 @@ fn prior(args: &LocateArgs) -> anyhow::Result<Prior> {
         pose: Pose2::new(x, y, theta),
         covariance,
     })
-}
-
-/// Features as the pose step takes them.
-fn observations(lines: &[Segment], features: &FloorFeatures) -> Observations {
-    let edges = features.edges.iter().map(|edge| {
-        let line = &lines[edge.segment];
-        EdgeObservation {
-            start: line.start,
-            end: line.end,
-            covariance: line.covariance,
-            confidence: edge.confidence,
-        }
-    });
-    let corners = features.corners.iter().map(|corner| CornerObservation {
-        pixel: corner.pixel,
-        covariance: corner.covariance,
-        confidence: corner.confidence,
-        edge: corner.edge,
-    });
-    Observations {
-        edges: edges.collect(),
-        corners: corners.collect(),
-    }
 }
 
 fn described(
