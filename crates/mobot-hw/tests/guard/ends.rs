@@ -1,8 +1,11 @@
 //! Whatever ends the program, or keeps it from its work, the base is told to stop in time.
 
+use std::time::Instant;
+
 use rustix::process::Signal;
 
 use crate::stage::{BASES, Program, Stage, pause, signal_to, trials};
+use crate::stalls;
 
 /// From the end of the program to the stop at the base [s].
 const AFTER_DEATH: f64 = 0.05;
@@ -60,37 +63,52 @@ fn driven(stage: &Stage, program: &mut Program, k: usize) {
     pause(0.001 * (k / LANES % 40) as f64);
 }
 
-/// A new program that drives; it is ended somewhere between two commands.
-fn ended(stage: &Stage, k: usize, end: impl Fn(&mut Program)) -> Option<f64> {
+/// A new program that drives; it is ended somewhere between two commands, and it counts where `end` says so.
+fn ended(stage: &Stage, k: usize, end: impl Fn(&mut Program) -> bool) -> Option<f64> {
     let mut program = stage.program();
     driven(stage, &mut program, k);
     let time = stage.base.elapsed();
-    end(&mut program);
+    let counts = end(&mut program);
     let after = stage.stopped_after(time);
     drop(program);
     pause(GUARD_ENDS);
-    after
+    after.filter(|_| counts)
 }
 
 pub(crate) fn killed() {
     measure("killed", trials(20, 1000), AFTER_DEATH, |stage, k, _| {
-        ended(stage, k, |program| program.signal(Signal::KILL))
+        ended(stage, k, |program| {
+            program.signal(Signal::KILL);
+            let killed = Instant::now();
+            program.waits_for_its_end();
+            // its pipe is closed by the kernel, which may be busy with something else
+            !stalls::is_one(killed.elapsed())
+        })
     });
 }
 
 pub(crate) fn panicked_or_aborted() {
     measure("panicked", trials(8, 200), AFTER_DEATH, |stage, k, _| {
-        ended(stage, k, |program| program.say("panic"))
+        ended(stage, k, |program| {
+            program.say("panic");
+            true
+        })
     });
     measure("aborted", trials(8, 200), AFTER_DEATH, |stage, k, _| {
-        ended(stage, k, |program| program.say("abort"))
+        ended(stage, k, |program| {
+            program.say("abort");
+            true
+        })
     });
 }
 
 /// Ctrl-C goes to a terminal's group, a service's end to all its processes.
 pub(crate) fn told_to_end_by_signals() {
     measure("interrupted", trials(8, 200), AFTER_DEATH, |stage, k, _| {
-        ended(stage, k, |program| program.signal_group(Signal::INT))
+        ended(stage, k, |program| {
+            program.signal_group(Signal::INT);
+            true
+        })
     });
     measure(
         "terminated, guard too",
@@ -100,6 +118,7 @@ pub(crate) fn told_to_end_by_signals() {
             ended(stage, k, |program| {
                 signal_to(program.guard, Signal::TERM);
                 program.signal(Signal::TERM);
+                true
             })
         },
     );
