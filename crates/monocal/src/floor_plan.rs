@@ -3,6 +3,7 @@
 //! A plan is drawn by hand (GeoJSON), or derived from an occupancy map.
 
 mod derive;
+mod doors;
 #[cfg(feature = "files")]
 mod geojson;
 mod outline;
@@ -11,6 +12,7 @@ mod wall_fit;
 use occgrid::Point2;
 
 pub use derive::DeriveParams;
+pub use doors::Doorway;
 #[cfg(feature = "files")]
 pub use geojson::{FloorPlanError, PlanLimits};
 

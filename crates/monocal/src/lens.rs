@@ -119,6 +119,24 @@ impl Lens {
         self.distortion
     }
 
+    /// Whether it bends nothing: a pinhole's picture.
+    #[must_use]
+    pub fn is_plain(&self) -> bool {
+        !matches!(self.distortion, Distortion::Equidistant(_))
+            && self.distortion.coefficients().iter().all(|&k| k == 0.0)
+    }
+
+    /// The pinhole whose picture the undistorted one is.
+    #[must_use]
+    pub fn without_distortion(&self) -> Self {
+        let distortion = Distortion::PlumbBob([0.0; 5]);
+        Self {
+            matrix: self.matrix,
+            distortion,
+            reach: distortion.reach(),
+        }
+    }
+
     /// Where the pixel would be without distortion; `None` for pixels that the model cannot have produced
     /// or that look 86 degrees and more away from the axis.
     #[must_use]
@@ -162,6 +180,9 @@ impl Lens {
     /// The undistorted place of a pixel, over the focal length.
     fn inverse(&self, pixel: PixelPoint) -> Option<Vector2<f64>> {
         let seen = self.normalised(pixel);
+        if self.is_plain() {
+            return (seen.norm() <= self.reach).then_some(seen);
+        }
         let mut ideal = self.along_radius(seen)?;
         for _ in 0..20 {
             let step = self.distortion.jacobian(ideal).try_inverse()?

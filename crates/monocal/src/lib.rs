@@ -19,6 +19,7 @@ mod localize;
 mod pairs_file;
 pub mod paper;
 mod point;
+mod rectify;
 
 pub use birdseye::{Birdseye, BirdseyeError, BirdseyeParams, MOST_BIRDSEYE_PIXELS, birdseye};
 pub use calibrate::{
@@ -31,7 +32,7 @@ pub use camera_file_error::CameraFileError;
 #[cfg(feature = "files")]
 pub use camera_info::CameraInfo;
 pub use drift::{Drift, DriftParams, DriftStatus, LineEvidence, LineObservation, check_drift};
-pub use floor_plan::{DeriveParams, FloorPlan};
+pub use floor_plan::{DeriveParams, Doorway, FloorPlan};
 #[cfg(feature = "files")]
 pub use floor_plan::{FloorPlanError, PlanLimits};
 pub use geometry::{CameraGeometry, Undetermined};
@@ -43,3 +44,4 @@ pub use localize::{
 };
 pub use pairs_file::{PAIRS_HEADER, PairsError, read_pairs};
 pub use point::{GroundPoint, PixelPoint};
+pub use rectify::Rectifier;

@@ -1,10 +1,11 @@
 //! A floor plan from an occupancy map: walls along the boundary, openings as door candidates.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
-use occgrid::{CellState, GridPoint, OccupancyMap, Point2};
+use occgrid::{GridPoint, OccupancyMap};
 
 use super::FloorPlan;
+use super::doors::{Doorway, doorways};
 use super::outline::chains;
 use super::wall_fit::{Piece, pieces};
 
@@ -22,6 +23,15 @@ pub struct DeriveParams {
     pub door_min: f64,
     /// The widest opening that can be a door [m]. More takes the mouths of corridors for doors.
     pub door_max: f64,
+    /// How far the floor before and behind a door is looked at [m], above 0. More refuses doors of small rooms.
+    pub door_depth: f64,
+    /// A door keeps apart what is on its sides: with it closed, the way round is this much longer or more [m], above 0.
+    /// More takes longer and trusts fewer doors between rooms that have two.
+    pub detour: f64,
+    /// The thickest wall that has doors [m]: openings of its two faces are one doorway.
+    pub wall_max: f64,
+    /// Doorways of less confidence are left out of the plan, 0 to 1. More leaves out doors beside short walls.
+    pub least_confidence: f64,
 }
 
 impl Default for DeriveParams {
@@ -31,18 +41,28 @@ impl Default for DeriveParams {
             wall_min: 0.4,
             gap_max: 0.4,
             door_min: 0.6,
-            door_max: 2.0,
+            door_max: 1.4,
+            door_depth: 0.5,
+            detour: 3.0,
+            wall_max: 0.4,
+            least_confidence: 0.6,
         }
     }
 }
 
 impl FloorPlan {
     /// The plan of a map: straight walls fitted to the boundary between free and occupied cells, placed
-    /// where the occupancy crosses one half; and door corners where a wall ends and, as far on as a door is
-    /// wide, goes on or meets another. Openings are candidates: a map does not show what is a door, and a
-    /// gap between furniture looks the same. Nearly linear in the cells of the map.
+    /// where the occupancy crosses one half, and the corners of its doorways. Nearly linear in the cells of the map.
     #[must_use]
     pub fn from_map(map: &OccupancyMap, params: &DeriveParams) -> Self {
+        Self::with_doorways(map, params).0
+    }
+
+    /// The plan of a map and all that may be a doorway in it, the likeliest first; those that the plan has are the
+    /// ones of [`DeriveParams::least_confidence`] and more. They are candidates: a map does not show what is a
+    /// door, and a gap in a wall or between long shelves looks the same.
+    #[must_use]
+    pub fn with_doorways(map: &OccupancyMap, params: &DeriveParams) -> (Self, Vec<Doorway>) {
         let cell = map.frame().resolution();
         let tolerance = params.tolerance_cells.max(0.5);
         let mut rough = Vec::new();
@@ -50,16 +70,17 @@ impl FloorPlan {
             pieces(&chain, tolerance, tolerance + 1.0, &mut rough);
         }
         let mut walls = join(&rough, tolerance, params.gap_max / cell);
+        // the piece of wall between a door and a corner may be shorter than any wall of the plan
+        let doorways = doorways(map, &walls, params);
         walls.retain(|wall| wall.length() * cell >= params.wall_min);
         let at = |[col, row]: [f64; 2]| map.frame().map_from_grid(GridPoint { col, row });
-        let mut door_corners: Vec<Point2> = Vec::new();
-        for jambs in openings(map, &walls, params) {
-            door_corners.extend(jambs.map(at));
-        }
-        Self {
+        let likely = |d: &&Doorway| d.confidence >= params.least_confidence;
+        let corners = doorways.iter().filter(likely).flat_map(|d| &d.faces);
+        let plan = Self {
             walls: walls.iter().map(|w| w.ends.map(at)).collect(),
-            door_corners,
-        }
+            door_corners: corners.flatten().copied().collect(),
+        };
+        (plan, doorways)
     }
 }
 
@@ -140,62 +161,4 @@ fn join(pieces: &[Piece], tolerance: f64, gap: f64) -> Vec<Piece> {
         joined.push(wall);
     }
     joined
-}
-
-/// Openings as wide as a door: a wall ends, goes on free in its own direction, and meets something occupied.
-/// Both faces of a wall have their own; seen from both jambs they are found once.
-fn openings(map: &OccupancyMap, walls: &[Piece], params: &DeriveParams) -> Vec<[[f64; 2]; 2]> {
-    let cell = map.frame().resolution();
-    let mut found: Vec<[[f64; 2]; 2]> = Vec::new();
-    let mut known = BTreeSet::new();
-    for wall in walls {
-        for (end, sign) in [(wall.ends[1], 1.0), (wall.ends[0], -1.0)] {
-            let ahead = wall.line.direction.map(|d| sign * d);
-            // half a cell into the wall: the line along the faces runs between cells
-            let [c, r] = wall.line.direction.map(|d| 0.5 * d);
-            let Some((first, last)) = free_run(map, [end[0] - r, end[1] + c], ahead, params) else {
-                continue;
-            };
-            let jambs = [first, last].map(|t| [0, 1].map(|i| end[i] + t * ahead[i]));
-            let middle = [0, 1].map(|i| 0.5 * (jambs[0][i] + jambs[1][i]) / SAME_OPENING);
-            let [c, r] = middle.map(|m| m.round() as i64);
-            if (params.door_min..=params.door_max).contains(&((last - first) * cell))
-                && !(c - 1..=c + 1).any(|c| (r - 1..=r + 1).any(|r| known.contains(&(c, r))))
-            {
-                known.insert((c, r));
-                found.push(jambs);
-            }
-        }
-    }
-    found
-}
-
-/// Openings whose middles are this near are one [cells].
-const SAME_OPENING: f64 = 1.5;
-
-/// Places a cell along an opening.
-const SAMPLES: f64 = 4.0;
-
-/// From where to where the cells along a ray are free, in cells from its start; `None` where the ray starts
-/// too far from free cells, or ends at nothing occupied.
-fn free_run(
-    map: &OccupancyMap,
-    from: [f64; 2],
-    ahead: [f64; 2],
-    params: &DeriveParams,
-) -> Option<(f64, f64)> {
-    let cell = map.frame().resolution();
-    let state = |k: u32| {
-        let [col, row] = [0, 1].map(|i| from[i] + f64::from(k) / SAMPLES * ahead[i]);
-        let point = map.frame().map_from_grid(GridPoint { col, row });
-        map.frame().cell_at(point).map(|cell| map.state(cell))
-    };
-    let free = |k: &u32| state(*k) == Some(CellState::Free);
-    let samples = |length: f64| (SAMPLES * length / cell).min(1e6) as u32;
-    let first = (0..=samples(params.gap_max)).find(free)?;
-    let last = (first..=first + samples(params.door_max) + 1).find(|k| !free(k))?;
-    let rim = 2 * SAMPLES as u32;
-    (last..last + rim).find(|&k| state(k) == Some(CellState::Occupied))?;
-    let place = |k: u32| (f64::from(k) - 0.5).max(0.0) / SAMPLES;
-    Some((place(first), place(last)))
 }

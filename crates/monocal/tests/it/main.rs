@@ -20,4 +20,5 @@ mod pinhole;
 mod pixel_size;
 #[cfg(feature = "files")]
 mod real_pairs;
+mod rectify;
 mod rendered;

@@ -1,0 +1,367 @@
+//! Doorways of a map: where a wall ends, goes on free as far as a door is wide, and begins again or meets another.
+
+use std::collections::BTreeMap;
+
+use occgrid::{CellState, GridPoint, OccupancyMap, Point2};
+
+use super::derive::DeriveParams;
+use super::wall_fit::Piece;
+
+/// What may be a doorway: an opening in a wall, or between a wall's end and a wall across, free on both sides.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Doorway {
+    /// The corners of its two jambs in the map frame [m], a pair for each face of the wall on which both were found.
+    pub faces: Vec<[Point2; 2]>,
+    /// Between the jambs [m].
+    pub width: f64,
+    /// How much it looks like a door, 0 to 1: how long the walls are that make its jambs, how free the floor is on
+    /// both sides, and whether both faces of the wall show it. An order, not a probability.
+    pub confidence: f64,
+}
+
+/// An opening in one face of a wall, in grid coordinates [cells].
+#[derive(Clone, Copy)]
+struct Opening {
+    jambs: [[f64; 2]; 2],
+    /// From the first jamb to the second.
+    ahead: [f64; 2],
+    confidence: f64,
+}
+
+impl Opening {
+    fn width(&self) -> f64 {
+        let [a, b] = self.jambs;
+        (b[0] - a[0]).hypot(b[1] - a[1])
+    }
+
+    fn middle(&self) -> [f64; 2] {
+        let [a, b] = self.jambs;
+        [0, 1].map(|i| 0.5 * (a[i] + b[i]))
+    }
+
+    /// Whether both are openings of one doorway: parallel, beside each other, no farther apart than a wall is thick.
+    fn is_of(&self, other: &Self, thickness: f64) -> bool {
+        let (a, b) = (self.middle(), other.middle());
+        let off = [b[0] - a[0], b[1] - a[1]];
+        let along = off[0] * self.ahead[0] + off[1] * self.ahead[1];
+        let across = off[1] * self.ahead[0] - off[0] * self.ahead[1];
+        let parallel = self.ahead[0] * other.ahead[0] + self.ahead[1] * other.ahead[1];
+        parallel.abs() > IN_LINE
+            && across.abs() <= thickness
+            && along.abs() <= 0.3 * self.width().max(other.width())
+    }
+}
+
+/// The doorways among walls that were fitted to a map, the likeliest first.
+pub(super) fn doorways(map: &OccupancyMap, walls: &[Piece], params: &DeriveParams) -> Vec<Doorway> {
+    let cell = map.frame().resolution();
+    let mut found = openings(map, walls, params);
+    found.sort_by(|a, b| b.confidence.total_cmp(&a.confidence));
+    let at = |[col, row]: [f64; 2]| map.frame().map_from_grid(GridPoint { col, row });
+    let mut doorways: Vec<(Opening, Doorway)> = Vec::new();
+    for opening in found {
+        let corners = opening.jambs.map(at);
+        let known = doorways
+            .iter_mut()
+            .find(|(first, _)| first.is_of(&opening, params.wall_max / cell));
+        match known {
+            Some((_, doorway)) => {
+                let apart = |face: &[Point2; 2]| {
+                    let middle = |f: &[Point2; 2]| {
+                        Point2::new(0.5 * (f[0].x + f[1].x), 0.5 * (f[0].y + f[1].y))
+                    };
+                    middle(face).distance(middle(&corners))
+                };
+                // seen from its other jamb, it is the same face again
+                if doorway
+                    .faces
+                    .iter()
+                    .all(|face| apart(face) > SAME_FACE * cell)
+                {
+                    doorway.faces.push(corners);
+                    doorway.confidence =
+                        1.0 - (1.0 - doorway.confidence) * (1.0 - 0.5 * opening.confidence);
+                }
+            }
+            None => doorways.push((
+                opening,
+                Doorway {
+                    faces: vec![corners],
+                    width: opening.width() * cell,
+                    confidence: opening.confidence,
+                },
+            )),
+        }
+    }
+    let mut doorways: Vec<Doorway> = doorways.into_iter().map(|(_, doorway)| doorway).collect();
+    doorways.sort_by(|a, b| b.confidence.total_cmp(&a.confidence));
+    doorways
+}
+
+/// Openings whose middles are this near are the same face [cells].
+const SAME_FACE: f64 = 1.5;
+
+/// Cosine of the angle by which walls in line may differ (15 degrees: the ends beside doors are short and rough).
+const IN_LINE: f64 = 0.966;
+/// Cosine above which a wall is not across.
+const ACROSS: f64 = 0.5;
+/// How far from its wall a jamb may be [cells].
+const JAMB: f64 = 4.0;
+
+/// From the end of each wall that ends freely to what stands in its line.
+fn openings(map: &OccupancyMap, walls: &[Piece], params: &DeriveParams) -> Vec<Opening> {
+    let cell = map.frame().resolution();
+    let near = Near::new(walls);
+    let mut found = Vec::new();
+    let long_enough = |wall: &Piece| wall.length() * cell >= params.wall_min;
+    for (index, wall) in walls.iter().enumerate().filter(|(_, w)| long_enough(w)) {
+        for (end, sign) in [(wall.ends[1], 1.0), (wall.ends[0], -1.0)] {
+            let ahead = wall.line.direction.map(|d| sign * d);
+            // half a cell into the wall: the line along the faces runs between cells
+            let [c, r] = wall.line.direction.map(|d| 0.5 * d);
+            let Some((first, last)) = free_run(map, [end[0] - r, end[1] + c], ahead, params) else {
+                continue;
+            };
+            let jambs = [first, last].map(|t| [0, 1].map(|i| end[i] + t * ahead[i]));
+            let width = (last - first) * cell;
+            if !(params.door_min..=params.door_max).contains(&width) {
+                continue;
+            }
+            // a room's corner is no jamb: there the wall turns
+            let turns = |other: usize| {
+                walls[other].length() * cell > params.wall_max + 4.0 * cell
+                    && stands_across(&walls[other], wall, jambs[0])
+            };
+            if near.around(jambs[0]).any(turns) {
+                continue;
+            }
+            let Some(far) = near
+                .around(jambs[1])
+                .filter(|&other| other != index)
+                .filter(|&other| makes_jamb(&walls[other], wall, sign, jambs[1]))
+                .map(|other| walls[other].length() * cell)
+                .max_by(f64::total_cmp)
+            else {
+                continue;
+            };
+            let long = |length: f64| length / (length + params.wall_min);
+            let confidence = long(far.max(wall.length() * cell))
+                * sides_free(map, jambs, params.door_depth)
+                * widens(map, jambs, params.door_depth)
+                * parts(map, jambs, params);
+            if confidence < LEAST {
+                continue;
+            }
+            found.push(Opening {
+                jambs,
+                ahead,
+                confidence,
+            });
+        }
+    }
+    found
+}
+
+/// Whether a wall stands where an opening in the line of another ends: going on in that line with the same face, or
+/// across it.
+fn makes_jamb(wall: &Piece, from: &Piece, sign: f64, jamb: [f64; 2]) -> bool {
+    let (a, b) = (wall.line.direction, from.line.direction);
+    let cosine = a[0] * b[0] + a[1] * b[1];
+    let across = wall.line.across(jamb).abs();
+    if cosine > IN_LINE {
+        let start = if sign > 0.0 {
+            wall.ends[0]
+        } else {
+            wall.ends[1]
+        };
+        across <= JAMB && (start[0] - jamb[0]).hypot(start[1] - jamb[1]) <= 2.0 * JAMB
+    } else {
+        stands_across(wall, from, jamb)
+    }
+}
+
+/// Whether a wall passes or touches the line of another at a jamb.
+fn stands_across(wall: &Piece, line_of: &Piece, jamb: [f64; 2]) -> bool {
+    let (a, b) = (wall.line.direction, line_of.line.direction);
+    let along = wall.line.along(jamb);
+    let reach = [0, 1].map(|end| wall.line.along(wall.ends[end]));
+    (a[0] * b[0] + a[1] * b[1]).abs() < ACROSS
+        && wall.line.across(jamb).abs() <= JAMB
+        && (reach[0] - JAMB..=reach[1] + JAMB).contains(&along)
+}
+
+/// The share of the floor that is free on the less free side of an opening, in the middle half of its width.
+fn sides_free(map: &OccupancyMap, [a, b]: [[f64; 2]; 2], depth: f64) -> f64 {
+    const STEPS: u32 = 6;
+    let side = |sign: f64| {
+        let span = [b[0] - a[0], b[1] - a[1]];
+        let width = span[0].hypot(span[1]);
+        let deep = sign * depth / map.frame().resolution() / width;
+        let places = (0..=STEPS).flat_map(|i| (1..=STEPS).map(move |j| (i, j)));
+        let free = places.filter(|&(i, j)| {
+            let along = 0.25 + 0.5 * f64::from(i) / f64::from(STEPS);
+            let away = deep * f64::from(j) / f64::from(STEPS);
+            let place = [
+                a[0] + along * span[0] - away * span[1],
+                a[1] + along * span[1] + away * span[0],
+            ];
+            state(map, place) == Some(CellState::Free)
+        });
+        free.count() as f64 / f64::from((STEPS + 1) * STEPS)
+    };
+    side(1.0).min(side(-1.0))
+}
+
+/// How many sides of an opening the floor goes on beyond a jamb: about a door it does, across a corridor it does not.
+fn widens(map: &OccupancyMap, [a, b]: [[f64; 2]; 2], depth: f64) -> f64 {
+    const STEPS: u32 = 4;
+    let span = [b[0] - a[0], b[1] - a[1]];
+    let width = span[0].hypot(span[1]);
+    let deep = depth / map.frame().resolution() / width;
+    let side = |sign: f64| {
+        [-deep, 1.0 + deep].iter().any(|&along| {
+            (1..=STEPS).all(|k| {
+                let away = sign * deep * (0.7 + 0.3 * f64::from(k) / f64::from(STEPS));
+                // from the jamb outwards
+                let from = along.clamp(0.0, 1.0);
+                let along = from + (along - from) * f64::from(k) / f64::from(STEPS);
+                let place = [
+                    a[0] + along * span[0] - away * span[1],
+                    a[1] + along * span[1] + away * span[0],
+                ];
+                state(map, place) == Some(CellState::Free)
+            })
+        })
+    };
+    match u8::from(side(1.0)) + u8::from(side(-1.0)) {
+        2 => 1.0,
+        1 => 0.6,
+        _ => 0.1,
+    }
+}
+
+/// How much longer the way from one side to the other is with the opening closed, over
+/// [`DeriveParams::detour`]; 1 where there is none so near.
+fn parts(map: &OccupancyMap, [a, b]: [[f64; 2]; 2], params: &DeriveParams) -> f64 {
+    let cell = map.frame().resolution();
+    let span = [b[0] - a[0], b[1] - a[1]];
+    let width = span[0].hypot(span[1]);
+    let deep = params.door_depth / cell / width;
+    let middle = [0, 1].map(|i| 0.5 * (a[i] + b[i]));
+    let place = |away: f64| [middle[0] - away * span[1], middle[1] + away * span[0]];
+    let reach = (params.detour / cell).ceil().min(1000.0) as i64;
+    let side = 2 * reach as usize + 1;
+    let [left, top] = middle.map(|m| m.floor() as i64 - reach);
+    let index = |p: [i64; 2]| {
+        let (c, r) = (p[0] - left, p[1] - top);
+        let inside = (0..side as i64).contains(&c) && (0..side as i64).contains(&r);
+        inside.then(|| r as usize * side + c as usize)
+    };
+    // closed: cells whose centres are within a cell of the line from jamb to jamb, and a little beyond
+    let closed = |p: [i64; 2]| {
+        let off = [0, 1].map(|i| p[i] as f64 + 0.5 - a[i]);
+        let along = (off[0] * span[0] + off[1] * span[1]) / width;
+        let across = (off[1] * span[0] - off[0] * span[1]) / width;
+        across.abs() <= 1.0 && (-2.0..=width + 2.0).contains(&along)
+    };
+    let cell_of = |p: [f64; 2]| p.map(|x| x.floor() as i64);
+    let (from, to) = (cell_of(place(deep)), cell_of(place(-deep)));
+    let mut seen = vec![false; side * side];
+    let mut ring = vec![from];
+    let most = 2 * reach;
+    for step in 0..most {
+        let mut next = Vec::new();
+        for p in ring {
+            if p == to {
+                let straight = 2.0 * params.door_depth / cell;
+                return ((step as f64 - straight) / most as f64).clamp(0.0, 1.0);
+            }
+            for [dc, dr] in [[1, 0], [0, 1], [-1, 0], [0, -1]] {
+                let p = [p[0] + dc, p[1] + dr];
+                let Some(index) = index(p) else { continue };
+                let free = state(map, p.map(|x| x as f64 + 0.5)) == Some(CellState::Free);
+                if free && !closed(p) && !std::mem::replace(&mut seen[index], true) {
+                    next.push(p);
+                }
+            }
+        }
+        ring = next;
+    }
+    1.0
+}
+
+/// Openings of less confidence are none.
+const LEAST: f64 = 0.05;
+
+/// Places a cell along an opening.
+const SAMPLES: f64 = 4.0;
+
+/// From where to where the cells along a ray are free, in cells from its start; `None` where the ray starts
+/// too far from free cells, or ends at nothing occupied.
+fn free_run(
+    map: &OccupancyMap,
+    from: [f64; 2],
+    ahead: [f64; 2],
+    params: &DeriveParams,
+) -> Option<(f64, f64)> {
+    let cell = map.frame().resolution();
+    let state = |k: u32| {
+        state(
+            map,
+            [0, 1].map(|i| from[i] + f64::from(k) / SAMPLES * ahead[i]),
+        )
+    };
+    let free = |k: &u32| state(*k) == Some(CellState::Free);
+    let samples = |length: f64| (SAMPLES * length / cell).min(1e6) as u32;
+    let first = (0..=samples(params.gap_max)).find(free)?;
+    let last = (first..=first + samples(params.door_max) + 1).find(|k| !free(k))?;
+    let rim = 2 * SAMPLES as u32;
+    (last..last + rim).find(|&k| state(k) == Some(CellState::Occupied))?;
+    let place = |k: u32| (f64::from(k) - 0.5).max(0.0) / SAMPLES;
+    Some((place(first), place(last)))
+}
+
+fn state(map: &OccupancyMap, [col, row]: [f64; 2]) -> Option<CellState> {
+    let point = map.frame().map_from_grid(GridPoint { col, row });
+    map.frame().cell_at(point).map(|cell| map.state(cell))
+}
+
+/// Walls by the squares of the grid that they pass.
+struct Near {
+    squares: BTreeMap<(i64, i64), Vec<usize>>,
+}
+
+impl Near {
+    /// Side of a square [cells]: no jamb is farther from its wall.
+    const SIDE: f64 = 8.0;
+
+    fn new(walls: &[Piece]) -> Self {
+        let mut squares: BTreeMap<(i64, i64), Vec<usize>> = BTreeMap::new();
+        for (index, wall) in walls.iter().enumerate() {
+            let steps = (wall.length() / (0.5 * Self::SIDE)).ceil().max(1.0);
+            for step in 0..=steps as u32 {
+                let t = f64::from(step) / steps;
+                let [a, b] = wall.ends;
+                let square = Self::square([0, 1].map(|i| a[i] + t * (b[i] - a[i])));
+                let there = squares.entry(square).or_default();
+                if there.last() != Some(&index) {
+                    there.push(index);
+                }
+            }
+        }
+        Self { squares }
+    }
+
+    fn square([col, row]: [f64; 2]) -> (i64, i64) {
+        let at = |x: f64| (x / Self::SIDE).floor() as i64;
+        (at(col), at(row))
+    }
+
+    fn around(&self, point: [f64; 2]) -> impl Iterator<Item = usize> {
+        let (col, row) = Self::square(point);
+        let squares =
+            (col - 1..=col + 1).flat_map(move |c| (row - 1..=row + 1).map(move |r| (c, r)));
+        let found = squares.filter_map(|s| self.squares.get(&s));
+        found.flatten().copied()
+    }
+}
