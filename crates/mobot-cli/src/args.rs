@@ -381,6 +381,15 @@ pub struct FloorplanArgs {
     /// Where the plan goes: GeoJSON, walls and door corners.
     #[arg(short, long, value_name = "PLAN.geojson")]
     pub output: PathBuf,
+    /// The narrowest and the widest doorway [m].
+    #[arg(long, value_name = "LEAST,MOST", default_value = "0.6,1.4", value_parser = point)]
+    pub doors: [f64; 2],
+    /// How much an opening must look like a doorway, 0 to 1.
+    #[arg(long, value_name = "C", default_value_t = 0.6)]
+    pub confidence: f64,
+    /// Draw walls, doorways and their confidence on the map (.svg or .png).
+    #[arg(long, value_name = "P")]
+    pub picture: Option<PathBuf>,
 }
 
 /// `mobot guard`

@@ -8,19 +8,9 @@ use serde::Serialize;
 
 use crate::args::LinesArgs;
 use crate::frame::Frame;
+use crate::nav::EDGES;
 use crate::output::{Outcome, Output, write_whole};
-use crate::picture::{Color, Overlay, Panel, gray_png, save_overlay};
-
-/// Enlarged frames have about this many pixels on their longer side.
-pub(super) const OVERLAY_SIDE_PX: u32 = 1400;
-
-/// Thresholds for line segments where none were asked for: joints and shadows with a step of about 15 gray
-/// levels are kept, sensor noise is not.
-pub(super) const EDGES: CannyParams = CannyParams {
-    low: 40.0,
-    high: 100.0,
-    norm: Norm::L1,
-};
+use crate::picture::{Color, OVERLAY_SIDE_PX, Overlay, Panel, gray_png, save_overlay};
 
 #[derive(Serialize)]
 struct Answer {

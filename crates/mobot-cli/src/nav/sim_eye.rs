@@ -1,11 +1,11 @@
 //! The simulated robot's camera, calibrated as a person would: with marks on the floor.
 
-use mobot_hw::sim::CameraModel;
-use monocal::{CalibrateParams, FloorCamera, Noise, Pair, calibrate};
+use mobot_hw::sim::{CameraModel, Distortion};
+use monocal::{CalibrateParams, CameraMatrix, FloorCamera, Lens, Noise, Pair, calibrate};
 use occgrid::{Point2, Pose2};
 
-/// Calibrates a simulated camera with the marks of a grid that it sees, 2 to 6 m ahead; `None` where it sees
-/// too few.
+/// Calibrates a simulated camera with the marks of a grid that it sees, 2 to 6 m ahead, its lens given; `None`
+/// where it sees too few.
 #[must_use]
 pub fn calibrated(model: &CameraModel) -> Option<FloorCamera> {
     let mut pairs = Vec::new();
@@ -28,7 +28,18 @@ pub fn calibrated(model: &CameraModel) -> Option<FloorCamera> {
         pixel_sigma_px: 0.3,
         estimate_sigma: false,
         image_size: Some([model.width, model.height]),
+        lens: lens(model),
         ..CalibrateParams::default()
     };
     Some(calibrate(&pairs, &params).ok()?.camera)
+}
+
+fn lens(model: &CameraModel) -> Option<Lens> {
+    let distortion = match model.distortion {
+        Distortion::None => return None,
+        Distortion::PlumbBob { coefficients } => monocal::Distortion::PlumbBob(coefficients),
+        Distortion::Fisheye { coefficients } => monocal::Distortion::Equidistant(coefficients),
+    };
+    let CameraModel { fx, fy, cx, cy, .. } = *model;
+    Lens::new(CameraMatrix { fx, fy, cx, cy }, distortion).ok()
 }

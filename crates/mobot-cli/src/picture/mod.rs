@@ -2,6 +2,7 @@
 
 mod calibration;
 mod canvas;
+mod fix;
 mod overlay;
 mod raster;
 mod scene;
@@ -12,7 +13,8 @@ use std::path::Path;
 use anyhow::{Context, bail};
 
 pub use calibration::calibration;
-pub use overlay::{Overlay, Panel};
+pub use fix::fix_overlay;
+pub use overlay::{OVERLAY_SIDE_PX, Overlay, Panel};
 pub use scene::{Color, Mark, Scene, Stroke, clearance_color};
 pub(crate) use svg::{escape, render as svg};
 

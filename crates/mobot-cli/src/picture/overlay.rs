@@ -15,6 +15,9 @@ const GAP_PX: f64 = 24.0;
 /// Height of a line of caption [page px].
 const LINE_PX: f64 = 20.0;
 
+/// Enlarged frames have about this many pixels on their longer side.
+pub const OVERLAY_SIDE_PX: u32 = 1400;
+
 /// A picture enlarged by a factor, and what is drawn over it.
 #[derive(Debug, Clone)]
 pub struct Panel {

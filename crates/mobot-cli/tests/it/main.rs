@@ -6,6 +6,8 @@ mod commands;
 mod devices;
 mod emulate;
 mod explore;
+mod floorplan;
+mod locate;
 mod nav;
 mod nav_command;
 mod nav_drive;
