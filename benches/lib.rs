@@ -1,6 +1,7 @@
 //! Inputs of the benchmarks: real building maps at three sizes, camera frames.
 
 pub mod frames;
+pub mod view;
 
 use std::path::{Path, PathBuf};
 

@@ -4,6 +4,7 @@ import argparse
 import ctypes
 import glob
 import json
+import math
 import os
 import platform
 import statistics
@@ -391,8 +392,21 @@ def measure_in_worker(work, peer, name, worker, rounds, shape):
     return finished(work, peer, peer_version, our_ms, peer_ms, agree, "", shape)
 
 
+def measure_alone(worker, rounds, shape):
+    """From frame to pose, which no peer does: compared is the pose with where the frame was taken."""
+    off, turned, status = worker.ask("pose_error")
+    off_cm, turned_deg = 100 * float(off), math.degrees(float(turned))
+    agree = status == "ok" and off_cm < 3 and turned_deg < 0.5
+    note = f"no peer; status {status}, {off_cm:.2f} cm and {turned_deg:.3f} degrees off the truth"
+    worker.times_ms("frame_to_pose", 7)
+    our_ms = [ms for _ in range(rounds) for ms in worker.times_ms("frame_to_pose", 7)]
+    return finished("frame_to_pose", "none", "", our_ms, None, agree, note, shape)
+
+
 def finished(work, peer, peer_version, ours_ms, peer_ms, agree, note, shape):
-    ours, theirs = statistics.median(ours_ms), statistics.median(peer_ms)
+    """A row; without times of a peer it has neither those nor a ratio."""
+    ours = statistics.median(ours_ms)
+    theirs = statistics.median(peer_ms) if peer_ms else None
     row = {
         "work": work,
         "size": f"{shape[1]}x{shape[0]}",
@@ -400,13 +414,14 @@ def finished(work, peer, peer_version, ours_ms, peer_ms, agree, note, shape):
         "peer": peer,
         "peer_version": peer_version,
         "peer_ms": theirs,
-        "ratio": theirs / ours,
+        "ratio": theirs / ours if peer_ms else None,
         "agree": agree,
         "rounds": len(ours_ms),
         "note": note,
     }
+    their_column = f"{theirs:>11.3f} {row['ratio']:>8.1f}x" if peer_ms else f"{'-':>11} {'-':>9}"
     print(
-        f"{work:<17} {peer:<29} {ours:>10.3f} {theirs:>11.3f} {row['ratio']:>8.1f}x  "
+        f"{work:<17} {peer:<29} {ours:>10.3f} {their_column}  "
         f"{'agree' if agree else 'DIFFER':<7} {note}",
         flush=True,
     )
@@ -452,6 +467,8 @@ def main():
                 rows.append(
                     measure_in_worker(work, peer, name, worker, options.rounds, shape_of(work))
                 )
+        if chosen("frame_to_pose"):
+            rows.append(measure_alone(worker, options.rounds, FRAME_SHAPE))
     if options.json:
         machine = {
             "processor": platform.processor() or cpu_name(),

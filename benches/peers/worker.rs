@@ -1,7 +1,7 @@
 //! Our side of `benches/peers/run`: holds the map, does one piece of work a line of stdin.
 //!
-//! `size`, `seed`, `time WORK COUNT` (ms of each), `dump WORK PATH` (raw output), `graph_figures`,
-//! `agree WORK PEER` and `version PEER` for peers that are Rust crates.
+//! `size`, `seed`, `time WORK COUNT` (ms of each), `dump WORK PATH` (raw output), `graph_figures`, `pose_error`
+//! (m, rad, status), `agree WORK PEER` and `version PEER` for peers that are Rust crates.
 
 use std::fmt::Write as _;
 use std::hint::black_box;
@@ -12,7 +12,8 @@ use image::{GrayImage, Luma};
 use linefeat::{
     Canny, CannyParams, Detector, DetectorParams, EdgeMap, Hough, HoughParams, Line, Norm, Voting,
 };
-use mobot_benches::{BuildingMap, FREE_FROM, frames::Frame};
+use mobot_benches::{BuildingMap, FREE_FROM, frames::Frame, view::View};
+use mobot_hw::sim::Distortion;
 use morpho::{
     BitImage, Border, Components, Connectivity, Element, FillWorkspace, Pixel, Workspace, distance,
     thin,
@@ -52,6 +53,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 "ok".to_owned()
             }
             ["graph_figures"] => bench.graph_figures(),
+            ["pose_error"] => {
+                let fix = bench.view.locate();
+                let [off, turned] = bench.view.error(&fix);
+                format!("ok {off} {turned} {}", fix.status.name())
+            }
             ["agree", work, peer] => format!("ok {}", bench.agree(work, peer)),
             ["version", peer] if peer.starts_with("imageproc") => "ok 0.27".to_owned(),
             ["version", _] => format!("ok {}", env!("CARGO_PKG_VERSION")),
@@ -92,6 +98,7 @@ struct Bench {
     detector: Detector,
     hough: Hough,
     lines: Vec<Line>,
+    view: View,
 }
 
 impl Bench {
@@ -138,6 +145,7 @@ impl Bench {
             detector: Detector::new(DetectorParams::default()),
             hough: Hough::new(),
             lines: Vec::new(),
+            view: View::corridor(Distortion::None),
             map,
             frame,
             bits,
@@ -204,6 +212,9 @@ impl Bench {
             }
             "segments_corridor" => {
                 self.detector.detect(&self.corridor.image);
+            }
+            "frame_to_pose" => {
+                black_box(self.view.locate());
             }
             "imageproc_hough" => {
                 let options = imageproc::hough::LineDetectionOptions {
