@@ -3,30 +3,18 @@
 #![no_main]
 
 use std::fs;
-use std::path::PathBuf;
-use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
+use mobot_fuzz::folder;
 use occgrid::{LoadOptions, SaveOptions, load_map, save_map};
-
-/// A folder in memory where the system has one.
-static FOLDER: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
-    let memory = PathBuf::from("/dev/shm");
-    let folder = if memory.is_dir() {
-        tempfile::tempdir_in(memory)
-    } else {
-        tempfile::tempdir()
-    };
-    folder.expect("a temporary folder")
-});
 
 fuzz_target!(|data: &[u8]| {
     let at = data.iter().position(|&b| b == 0).unwrap_or(data.len());
     let (yaml, picture) = data.split_at(at);
-    let path = FOLDER.path().join("map.yaml");
+    let path = folder().join("map.yaml");
     fs::write(&path, yaml).expect("written");
     fs::write(
-        FOLDER.path().join("map.pgm"),
+        folder().join("map.pgm"),
         picture.get(1..).unwrap_or_default(),
     )
     .expect("written");
@@ -41,7 +29,7 @@ fuzz_target!(|data: &[u8]| {
         mode: loaded.mode,
         ..SaveOptions::default()
     };
-    let copy = FOLDER.path().join("copy.yaml");
+    let copy = folder().join("copy.yaml");
     save_map(&copy, &loaded.map, loaded.log_odds.as_deref(), &saved).expect("saved");
     let again = load_map(&copy, &options).expect("loaded again");
     assert_eq!(again.map, loaded.map);

@@ -2,6 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
+use mobot_fuzz::one_line;
 use monocal::{CalibrateParams, Noise, calibrate, read_pairs};
 
 /// More pairs only take longer.
@@ -29,14 +30,10 @@ fuzz_target!(|data: &[u8]| {
                                 .all(|n| n.is_finite())
                         );
                     }
-                    Err(error) => one_line(&error.to_string()),
+                    Err(error) => one_line(&error),
                 }
             }
         }
-        Err(error) => one_line(&error.to_string()),
+        Err(error) => one_line(&error),
     }
 });
-
-fn one_line(line: &str) {
-    assert!(!line.chars().any(char::is_control), "{line:?}");
-}
