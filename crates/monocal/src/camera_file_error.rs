@@ -86,7 +86,7 @@ fn shown(path: &Path) -> String {
     path.to_string_lossy().chars().flat_map(escaped).collect()
 }
 
-fn escaped(c: char) -> Vec<char> {
+pub(crate) fn escaped(c: char) -> Vec<char> {
     // quotes stay as they are: escaping is against control and format characters
     if c == '"' || c == '\'' {
         vec![c]

@@ -9,6 +9,7 @@ use serde_json::value::RawValue;
 use thiserror::Error;
 
 use super::FloorPlan;
+use crate::camera_file_error::escaped;
 
 /// Coordinates beyond this are no floor plan [m].
 const FARTHEST: f64 = 1e6;
@@ -265,10 +266,12 @@ fn most(what: &'static str, count: usize, limit: usize) -> Result<(), FloorPlanE
     Ok(())
 }
 
-/// The beginning of a text, so that a message stays one readable line.
+/// The beginning of a text, control characters escaped, so that a message stays one readable line.
 fn shortened(text: &str) -> String {
-    let mut short: String = text.chars().take(80).collect();
-    if short.len() < text.len() {
+    let mut rest = text.chars();
+    let first = rest.by_ref().take(80);
+    let mut short: String = first.flat_map(escaped).collect();
+    if rest.next().is_some() {
         short += "..";
     }
     short
