@@ -1,7 +1,7 @@
 //! What a simulated robot sees of a building that it knows: frame, camera, floor plan, and where it was.
 
 use image::GrayImage;
-use mobot_cli::nav::{Eye, calibrated};
+use mobot_cli::nav::{Eye, Thresholds, calibrated};
 use mobot_cli::world;
 use mobot_hw::sim::{CameraModel, Distortion, Look, Renderer};
 use monocal::{FloorPlan, LocateParams, PoseFix, Prior, locate};
@@ -40,7 +40,11 @@ impl View {
         Self {
             frame: renderer.render(&world, map_from_base, 0.0, 1),
             map_from_base,
-            eye: Eye::new(&calibrated(&model).expect("marks in sight")).expect("a mounting"),
+            eye: Eye::new(
+                &calibrated(&model).expect("marks in sight"),
+                Thresholds::OfFrame,
+            )
+            .expect("a mounting"),
             plan,
             prior: Prior {
                 pose: Pose2::new(1.58, 0.03, 0.06),

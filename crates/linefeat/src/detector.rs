@@ -3,7 +3,7 @@
 use image::GrayImage;
 
 use crate::segment::most_segments;
-use crate::{Canny, CannyParams, EdgeMap, Segment, SegmentParams, Segments};
+use crate::{Canny, CannyParams, EdgeMap, ModifiedCannyParams, Segment, SegmentParams, Segments};
 
 /// Parameters of a [`Detector`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -39,12 +39,32 @@ impl Detector {
 
     /// The straight edges of `frame`, in row order of their first pixels.
     pub fn detect(&mut self, frame: &GrayImage) -> &[Segment] {
+        self.make_room(frame);
+        self.canny
+            .detect(frame, &self.params.canny, &mut self.edges);
+        self.follow(frame)
+    }
+
+    /// The same with thresholds chosen from the frame, and only within a region, as
+    /// [`canny_modified`](crate::canny_modified) does: they follow exposure and noise.
+    pub fn detect_modified(
+        &mut self,
+        frame: &GrayImage,
+        params: &ModifiedCannyParams,
+    ) -> &[Segment] {
+        self.make_room(frame);
+        self.canny.detect_modified(frame, params, &mut self.edges);
+        self.follow(frame)
+    }
+
+    fn make_room(&mut self, frame: &GrayImage) {
         let pixels = frame.as_raw().len();
         self.edges.reserve(pixels);
         self.found.clear();
         self.found.reserve(most_segments(pixels));
-        self.canny
-            .detect(frame, &self.params.canny, &mut self.edges);
+    }
+
+    fn follow(&mut self, frame: &GrayImage) -> &[Segment] {
         self.segments
             .detect(frame, &self.edges, &self.params.segments, &mut self.found);
         &self.found

@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use image::{GrayImage, Luma};
 use linefeat::{
     CannyParams, Detector, DetectorParams, FloorState, FloorView, Hough, HoughParams,
-    ObstacleParams, ObstacleTracker, SegmentParams, Voting,
+    ModifiedCannyParams, ObstacleParams, ObstacleTracker, SegmentParams, Voting,
 };
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 
@@ -61,6 +61,7 @@ fn no_frame_after_the_first_allocates() {
     let mut lines = Vec::new();
     let votings = [Voting::AllDirections, HoughParams::default().voting];
     let mut work = |frame: &GrayImage| {
+        detector.detect_modified(frame, &ModifiedCannyParams::default());
         let found = detector.detect(frame).len();
         for voting in votings {
             let params = HoughParams {

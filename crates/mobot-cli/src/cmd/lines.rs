@@ -3,18 +3,22 @@
 use std::time::Instant;
 
 use anyhow::bail;
-use linefeat::{CannyParams, EdgeMap, Norm, Segment, SegmentParams, canny, segments};
+use image::GrayImage;
+use linefeat::{
+    Canny, CannyParams, EdgeMap, ModifiedCannyParams, Norm, Segment, SegmentParams, segments,
+};
 use serde::Serialize;
 
 use crate::args::LinesArgs;
 use crate::frame::Frame;
-use crate::nav::EDGES;
 use crate::output::{Outcome, Output, write_whole};
 use crate::picture::{Color, OVERLAY_SIDE_PX, Overlay, Panel, gray_png, save_overlay};
 
 #[derive(Serialize)]
 struct Answer {
     segments: Vec<SegmentAnswer>,
+    /// Low and high: as asked for, or chosen from the frame.
+    thresholds: [f64; 2],
     elapsed_ms: f64,
 }
 
@@ -35,14 +39,6 @@ pub(super) fn run(args: &LinesArgs, output: &Output) -> anyhow::Result<Outcome> 
     if let Some(path) = &args.overlay {
         crate::picture::format_of(path)?;
     }
-    let params = match args.canny {
-        Some([low, high]) => CannyParams {
-            low,
-            high,
-            norm: if args.l2 { Norm::L2 } else { Norm::L1 },
-        },
-        None => EDGES,
-    };
     if args
         .canny
         .is_some_and(|[low, high]| low < 0.0 || high < 0.0)
@@ -53,7 +49,8 @@ pub(super) fn run(args: &LinesArgs, output: &Output) -> anyhow::Result<Outcome> 
     let frame = Frame::load(&args.image)?;
     let gray = frame.to_gray();
     let start = Instant::now();
-    let edges = canny(&gray, &params);
+    let mut edges = EdgeMap::new();
+    let thresholds = found_edges(args, &gray, &mut edges);
     let lines = segments(&gray, &edges, &SegmentParams::default());
     let elapsed_ms = start.elapsed().as_secs_f64() * 1e3;
     if let Some(path) = &args.edges {
@@ -74,10 +71,23 @@ pub(super) fn run(args: &LinesArgs, output: &Output) -> anyhow::Result<Outcome> 
     }
     let answer = Answer {
         segments: lines.iter().map(described).collect(),
+        thresholds: [thresholds.low, thresholds.high],
         elapsed_ms,
     };
     output.answer(&answer, || table(&answer))?;
     Ok(Outcome::Done)
+}
+
+/// Edges by the thresholds that were asked for, else by some chosen from the frame; which.
+fn found_edges(args: &LinesArgs, gray: &GrayImage, edges: &mut EdgeMap) -> CannyParams {
+    let mut canny = Canny::new();
+    let Some([low, high]) = args.canny else {
+        return canny.detect_modified(gray, &ModifiedCannyParams::default(), edges);
+    };
+    let norm = if args.l2 { Norm::L2 } else { Norm::L1 };
+    let params = CannyParams { low, high, norm };
+    canny.detect(gray, &params, edges);
+    params
 }
 
 const WARM: Color = Color(230, 90, 0);
@@ -117,5 +127,9 @@ fn table(answer: &Answer) -> String {
         );
     }
     let count = answer.segments.len();
-    text + &format!("{count} segments in {:.1} ms", answer.elapsed_ms)
+    let [low, high] = answer.thresholds;
+    text + &format!(
+        "{count} segments in {:.1} ms, edges by thresholds of {low:.0} and {high:.0}",
+        answer.elapsed_ms
+    )
 }

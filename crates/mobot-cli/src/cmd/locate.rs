@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::birdseye::check_size;
 use crate::args::LocateArgs;
 use crate::frame::Frame;
-use crate::nav::Eye;
+use crate::nav::{Eye, Thresholds};
 use crate::output::{Outcome, Output};
 use crate::picture::{fix_overlay, save_overlay};
 
@@ -76,7 +76,8 @@ pub(super) fn run(args: &LocateArgs, output: &Output) -> anyhow::Result<Outcome>
     let text = super::read_text(&args.plan, MOST_PLAN_BYTES)?;
     let plan =
         FloorPlan::from_geojson(&text).with_context(|| format!("{}", args.plan.display()))?;
-    let mut eye = Eye::new(&camera).with_context(|| format!("{}", args.camera.display()))?;
+    let mut eye = Eye::new(&camera, Thresholds::OfFrame)
+        .with_context(|| format!("{}", args.camera.display()))?;
     output.stage("locating");
     let gray = frame.to_gray();
     let start = Instant::now();

@@ -39,7 +39,7 @@ pub use echo::{WallEcho, wall_echo};
 pub use estimate::{Confidence, FilterParams, PoseEstimate, PoseFilter};
 pub use events::{Device, Entry, Event, NoLog, Outcome, RunLog, StopCause, Trouble};
 pub use explore::{Explore, ExploreParams, Tally};
-pub use eye::{EDGES, Eye};
+pub use eye::{Eye, Thresholds};
 pub use follow::{FollowParams, Followed, Follower};
 pub use frontier::{Frontier, FrontierParams, frontiers};
 pub use hop::{Hop, HopParams, HopStep};

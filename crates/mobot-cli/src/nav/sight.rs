@@ -6,7 +6,7 @@ use monocal::{FloorCamera, FloorPlan, LocateParams, PoseFix, Prior, Undetermined
 use occgrid::{CellState, Point2, Pose2};
 
 use super::swath::SwathMap;
-use super::{Eye, Mover};
+use super::{Eye, Mover, Thresholds};
 
 /// A calibrated camera and the plan of what it may see.
 #[derive(Debug)]
@@ -31,7 +31,9 @@ impl Sight {
         params: LocateParams,
     ) -> Result<Self, Undetermined> {
         Ok(Self {
-            eye: Eye::new(&camera)?,
+            // thresholds of the frame give more fixes, and with them a kidnapped robot neither found itself nor said
+            // that it was lost: what the filter concludes from fixes was measured with these
+            eye: Eye::new(&camera, Thresholds::Fixed)?,
             plan,
             params,
             tracker: None,

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use mobot_cli::nav::{Eye, calibrated};
+use mobot_cli::nav::{Eye, Thresholds, calibrated};
 use mobot_hw::sim::{CameraModel, Distortion, Look, Renderer, World};
 use monocal::{FixStatus, FloorCamera, FloorPlan, LocateParams, PoseFix, Prior, locate};
 use nalgebra::{Matrix3, Vector3};
@@ -264,7 +264,24 @@ fn what_cannot_be_used_is_refused_in_one_line() {
     }
 }
 
-/// Where a fix of a frame is from the truth.
+/// A third of the light: thresholds follow the frame.
+#[test]
+fn a_dim_frame_is_as_good() {
+    let case = Case::office(CameraModel::vga());
+    let path = case.file("frame.png");
+    let mut frame = image::open(&path).unwrap().to_luma8();
+    for pixel in frame.iter_mut() {
+        *pixel /= 3;
+    }
+    frame.save(&path).unwrap();
+    let run = case.locate([0.08, -0.07, 0.03], &[]);
+    let answer = run.json();
+    assert_eq!(answer["status"], "ok", "{answer}");
+    let off = case.sigmas_off(&answer);
+    assert!(off.iter().all(|off| *off < 3.0), "{off:?}: {answer}");
+}
+
+/// The fix of a frame.
 fn fixed(
     eye: &mut Eye,
     renderer: &mut Renderer,
@@ -309,7 +326,7 @@ fn a_lens_costs_no_accuracy() {
     for (name, distortion) in lenses {
         let model = camera(distortion);
         let known: FloorCamera = calibrated(&model).expect("marks in sight");
-        let mut eye = Eye::new(&known).expect("a mounting");
+        let mut eye = Eye::new(&known, Thresholds::OfFrame).expect("a mounting");
         let mut renderer = Renderer::new(model, Look::default()).expect("a camera");
         let mut rng = Pcg64::seed_from_u64(71);
         let (mut errors, mut sum_nees) = (Vec::new(), 0.0);

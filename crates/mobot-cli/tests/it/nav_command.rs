@@ -103,7 +103,13 @@ fn an_interrupted_drive_ends_in_order() {
     let mut child = drive(&map, &out, &["--to", "14,-2"])
         .spawn()
         .expect("it runs");
-    std::thread::sleep(Duration::from_millis(700));
+    // as soon as it drives: an idle machine simulates the whole mission in a second
+    let log = out.join("run.mcap");
+    let written = || std::fs::metadata(&log).is_ok_and(|meta| meta.len() > 0);
+    let started = Instant::now();
+    while !written() && started.elapsed() < Duration::from_secs(20) {
+        std::thread::sleep(Duration::from_millis(5));
+    }
     let pid = i32::try_from(child.id()).expect("a process");
     let pid = rustix::process::Pid::from_raw(pid).expect("a process");
     rustix::process::kill_process(pid, rustix::process::Signal::INT).expect("sent");
