@@ -67,7 +67,13 @@ pub(super) fn run(args: &LinesArgs, output: &Output) -> anyhow::Result<Outcome> 
                 panel.dot(end, color, 2.5);
             }
         }
-        save_overlay(&Overlay::new(vec![panel]), path)?;
+        let mut overlay = Overlay::new(vec![panel]);
+        overlay.note(
+            WARM,
+            "brighter on the side that the line's normal points to",
+        );
+        overlay.note(COOL, "brighter on the other side");
+        save_overlay(&overlay, path)?;
     }
     let answer = Answer {
         segments: lines.iter().map(described).collect(),

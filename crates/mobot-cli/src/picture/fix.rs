@@ -24,7 +24,7 @@ const GRID_REACH: f64 = 8.0;
 /// Lines on the floor are drawn in pieces of this length [m]: they bend in a lens and end behind walls.
 const STEP: f64 = 0.1;
 
-/// Lines by kind, corners with their 95 % ellipses (three times enlarged), a grid on the floor, and the plan
+/// Lines by kind, corners with their 95 % ellipses (three times enlarged where they are on a floor edge), a grid on the floor, and the plan
 /// as it should be seen from the fix, wide and under what was found: over the frame as it is, bent as its lens bends.
 #[must_use]
 pub fn fix_overlay(
@@ -73,7 +73,11 @@ pub fn fix_overlay(
             .any(|m| matches!(m, Match::Corner { corner, .. } if *corner == index));
         let color = if used { USED } else { SEEN };
         if let Some(at) = drawing.place(corner.pixel) {
-            drawing.panel.ellipse(at, corner.covariance, 3.0, color);
+            // the ends of verticals that stand on no floor edge are known roughly: enlarged, they would hide the rest
+            let enlarged = if corner.edge.is_some() { 3.0 } else { 1.0 };
+            drawing
+                .panel
+                .ellipse(at, corner.covariance, enlarged, color);
             drawing.panel.dot(at, color, 3.0);
         }
     }
@@ -84,9 +88,9 @@ pub fn fix_overlay(
         (OTHER, "other lines"),
         (
             USED,
-            "matched: ends of edges, corners with 95 % ellipses, three times enlarged",
+            "matched: ends of edges, corners with 95 % ellipses, on floor edges three times enlarged",
         ),
-        (SEEN, "corners not matched"),
+        (SEEN, "corners and ends of verticals, not matched"),
         (PLAN, "walls of the plan, seen from the fix"),
         (GRID, "grid on the floor, 0.5 m, metres ahead of the robot"),
     ] {
