@@ -7,6 +7,7 @@ mod doors;
 #[cfg(feature = "files")]
 mod geojson;
 mod outline;
+mod passage;
 mod wall_fit;
 
 use occgrid::Point2;
