@@ -8,12 +8,14 @@
 //! above [`FloorParams::least_confidence`]: what it is in the building is for the pose step to say.
 
 mod appearance;
+mod disturbance;
 mod plane;
 
 use image::GrayImage;
 
 use crate::{FloorView, Segment};
 use appearance::Surroundings;
+use disturbance::disturbed;
 use plane::Plane;
 
 /// Parameters of [`floor_features`].
@@ -52,6 +54,9 @@ pub struct FloorEdge {
     pub segment: usize,
     /// How likely it is a floor edge, 0 to 1.
     pub confidence: f64,
+    /// Covariance of (rho, theta) as in [`Segment`], with what moves a floor edge besides noise: shading
+    /// beside it, and what stands at its ends [px^2, px rad, rad^2].
+    pub covariance: [[f64; 2]; 2],
 }
 
 /// A vertical that reaches down to a floor edge.
@@ -70,7 +75,7 @@ pub struct DoorEdge {
 pub struct DoorCorner {
     /// Place (u, v) [px].
     pub pixel: [f64; 2],
-    /// Covariance of the place [px^2], from those of the two lines.
+    /// Covariance of the place [px^2], from those of the two lines and of what moves them besides noise.
     pub covariance: [[f64; 2]; 2],
     /// How likely it is a corner of the building, 0 to 1.
     pub confidence: f64,
@@ -134,6 +139,7 @@ pub fn floor_features_into(
             features.edges.push(FloorEdge {
                 segment: index,
                 confidence,
+                covariance: disturbed(segment, around.texture()).covariance,
             });
         }
     }
@@ -167,6 +173,7 @@ fn doubt_farther(segments: &[Segment], plane: &Plane, edges: &mut [FloorEdge]) {
         let FloorEdge {
             segment,
             confidence,
+            ..
         } = edges[index];
         let mut factor = 1.0;
         for (other, edge) in edges.iter().enumerate() {
@@ -206,27 +213,27 @@ fn corner(
         });
     let (edge, pixel, edge_confidence, fits) =
         meets.max_by(|a, b| (a.2 * a.3).total_cmp(&(b.2 * b.3)))?;
-    let floor = &segments[features.edges[edge].segment];
-    let gap_px = distance(foot, pixel);
+    let vertical = disturbed(vertical, 0.0);
+    let floor = Segment {
+        covariance: features.edges[edge].covariance,
+        ..segments[features.edges[edge].segment]
+    };
     Some(DoorCorner {
         pixel,
-        covariance: widened(plane::crossing_covariance(vertical, floor, pixel)?, gap_px),
-        confidence: edge_confidence.sqrt() * door.confidence * fits,
+        covariance: shaded(plane::crossing_covariance(&vertical, &floor, pixel)?),
+        confidence: CORNER_MOST * sure(edge_confidence.sqrt() * door.confidence * fits),
         edge: Some(edge),
         door_edge,
     })
 }
 
-/// One sigma that a corner gains for each pixel that its vertical ends above it.
-const EXTENSION: f64 = 0.06;
-
 /// One sigma of what shade in the corner between wall and floor, and light around edges, shift a corner by,
 /// which no scatter along the lines shows [px].
 const SHADE_PX: f64 = 0.06;
 
-fn widened(mut covariance: [[f64; 2]; 2], gap_px: f64) -> [[f64; 2]; 2] {
+fn shaded(mut covariance: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
     for (k, row) in covariance.iter_mut().enumerate() {
-        row[k] += (EXTENSION * gap_px).powi(2) + SHADE_PX * SHADE_PX;
+        row[k] += SHADE_PX * SHADE_PX;
     }
     covariance
 }
@@ -235,14 +242,21 @@ fn widened(mut covariance: [[f64; 2]; 2], gap_px: f64) -> [[f64; 2]; 2] {
 const SKIRTING_GAP: f64 = 4.0;
 /// An edge detector loses the last pixels of a line before another: its end is this far short [px].
 const SHORT_PX: f64 = 2.0;
-/// One sigma of where a vertical ends [px].
-const FOOT_PX: f64 = 6.0;
-/// One sigma across it: what stands off the wall hides where the wall's foot would be [px].
-const FOOT_ACROSS_PX: f64 = 0.7;
+/// One sigma of where a vertical ends [px]: at the wall's foot, at its skirting, or in a doorway.
+const FOOT_PX: f64 = 13.0;
 /// A vertical that ends this near to the picture's border goes on outside [px].
 const BORDER_PX: f64 = 6.0;
-/// How likely the end of a vertical is on the floor where no floor edge was found.
-const FOOT_CONFIDENCE: f64 = 0.5;
+/// Share of plain corners on floor edges that are the building's, and of plain ends of verticals, counted in
+/// rendered corridors. The others are furniture's, posters', or the leaf's of a recessed door.
+const CORNER_MOST: f64 = 0.88;
+const FOOT_MOST: f64 = 0.55;
+/// Weight at which half as many are.
+const HALF_SURE: f64 = 0.07;
+
+/// How much of its share a corner of this weight (0 to 1) has, counted likewise.
+fn sure(weight: f64) -> f64 {
+    weight * weight / (weight * weight + HALF_SURE * HALF_SURE)
+}
 
 /// Where a vertical ends: known well across it, and roughly along it.
 fn foot(
@@ -253,7 +267,7 @@ fn foot(
     (width, height): (u32, u32),
 ) -> Option<DoorCorner> {
     let door = &features.door_edges[door_edge];
-    let vertical = &segments[door.segment];
+    let vertical = &disturbed(&segments[door.segment], 0.0);
     let [u, v] = plane.lower_end(vertical);
     let inside = |x: f64, size: u32| x > BORDER_PX && x < f64::from(size) - 1.0 - BORDER_PX;
     if !inside(u, width) || v > f64::from(height) - 1.0 - BORDER_PX {
@@ -262,13 +276,13 @@ fn foot(
     plane.floor_point([u, v])?;
     let normal = [vertical.theta.cos(), vertical.theta.sin()];
     let down = plane.down([u, v]);
-    let across = plane::variance_at(vertical, [u, v]) + FOOT_ACROSS_PX * FOOT_ACROSS_PX;
+    let across = plane::variance_at(vertical, [u, v]);
     let along = FOOT_PX * FOOT_PX;
     let entry = |r: usize, c: usize| across * normal[r] * normal[c] + along * down[r] * down[c];
     Some(DoorCorner {
         pixel: [u + SHORT_PX * down[0], v + SHORT_PX * down[1]],
         covariance: [[entry(0, 0), entry(0, 1)], [entry(1, 0), entry(1, 1)]],
-        confidence: FOOT_CONFIDENCE * door.confidence,
+        confidence: FOOT_MOST * sure(door.confidence),
         edge: None,
         door_edge,
     })

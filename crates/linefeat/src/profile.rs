@@ -31,6 +31,10 @@ const NEAR: f64 = 1.5;
 const NEAR_SIGMAS: f64 = 4.0;
 /// Cuts that the first line is fitted to: the second only needs to begin near.
 const ROUGH: usize = 16;
+/// So many cuts at either end of a line are left out ..
+const END_CUTS: usize = 4;
+/// .. if it has this times as many.
+const TRIMMED: usize = 6;
 /// So many cuts at least make a line.
 const FEWEST: usize = 6;
 
@@ -152,9 +156,21 @@ impl Profiles {
         if self.cuts.len() < (least as usize).div_ceil(2) {
             return None;
         }
+        let ends = self.trim();
         let fit = self.line(height);
         let variance = self.variance(&fit, height);
-        self.segment(image, path, &fit, variance)
+        self.segment(image, path, ends, &fit, variance)
+    }
+
+    /// Leaves out the cuts at either end, where another edge begins and its blur moves this one; the steps of
+    /// the first and the last cut before.
+    fn trim(&mut self) -> [i32; 2] {
+        let ends = [self.cuts[0].t, self.cuts[self.cuts.len() - 1].t];
+        if self.cuts.len() >= TRIMMED * END_CUTS {
+            self.cuts.drain(..END_CUTS);
+            self.cuts.truncate(self.cuts.len() - END_CUTS);
+        }
+        ends
     }
 
     /// Measures every so many cuts about a line (offset, slope) and keeps those that show the edge near it;
@@ -267,10 +283,10 @@ impl Profiles {
         &self,
         image: &GrayImage,
         path: &Path,
+        ends: [i32; 2],
         fit: &Fit,
         variance: [f64; 2],
     ) -> Option<Segment> {
-        let (first, last) = (self.cuts.first()?, self.cuts.last()?);
         let b = fit.slope;
         let at_zero = fit.value - b * fit.middle;
         let q = (1.0 + b * b).sqrt();
@@ -304,8 +320,8 @@ impl Profiles {
         let mixed = by_slope * theta_by_slope * slope;
         let contrast = self.contrast(image, path);
         Some(Segment {
-            start: end(f64::from(first.t)),
-            end: end(f64::from(last.t)),
+            start: end(f64::from(ends[0])),
+            end: end(f64::from(ends[1])),
             rho,
             theta,
             covariance: [

@@ -8,8 +8,12 @@
 //! far less likely, what the readings do not agree on is left out and the answer is called ambiguous.
 
 mod associate;
+mod belief;
+mod feature;
+mod landmarks;
 mod model;
 mod solve;
+mod view;
 
 use occgrid::Pose2;
 
@@ -71,6 +75,9 @@ pub struct LocateParams {
     /// One sigma of the systematic part of a feature's place [px], 0 or more: shading, skirting, blur. Raised:
     /// a fix trusts the picture less.
     pub bias_px: f64,
+    /// One sigma by which two verticals that run into each other in the picture move each other, at most [px],
+    /// 0 or more: a door's frame from afar. Raised: a lone stripe says less of which door it is.
+    pub crowd_px: f64,
     /// One sigma of the plan's points [m], 0 or more. Raised: rough plans fit, and a fix trusts the plan less.
     pub plan_sigma: f64,
     /// A pose coordinate counts as observed where the frame alone measures it to this sigma or better [m].
@@ -90,7 +97,8 @@ impl Default for LocateParams {
         Self {
             pitch_sigma: 0.6_f64.to_radians(),
             roll_sigma: 0.2_f64.to_radians(),
-            bias_px: 0.065,
+            bias_px: 0.033,
+            crowd_px: 0.78,
             plan_sigma: 0.003,
             observed_position: 0.02,
             observed_heading: 0.5_f64.to_radians(),
@@ -219,7 +227,7 @@ impl FloorCamera {
     /// its mounting is not determined, or the floor is out of its sight then.
     #[must_use]
     pub fn nodding(&self, pitch: f64) -> Option<Self> {
-        let homography = model::nodded(self, pitch)?;
+        let homography = view::nodded(self, pitch)?;
         Some(Self {
             homography,
             ..self.clone()

@@ -16,6 +16,9 @@ const BEFORE: [f64; 6] = [8.0, 12.0, 16.0, 22.0, 30.0, 40.0];
 /// Differences of gray level that mean nothing, to begin with.
 const NOISE: f64 = 3.0;
 
+/// Distance of the quartiles of a normal distribution in sigmas.
+const QUARTILES: f64 = 1.35;
+
 /// Gray levels around a segment, medians over its length.
 pub(super) struct Surroundings {
     /// Just before it, on the camera's side.
@@ -86,6 +89,11 @@ impl Surroundings {
             before: median(&mut before[..count]),
             spread: quarter(3) - quarter(1),
         }
+    }
+
+    /// One sigma of the gray levels just before it, along it.
+    pub(super) fn texture(&self) -> f64 {
+        self.spread / QUARTILES
     }
 
     /// How much it looks like floor before the line and like something else behind it, 0 to 1.

@@ -65,6 +65,9 @@ pub fn line(image: &GrayImage, segment: &Segment) -> Option<[f64; 2]> {
         };
         points.extend(place(&levels, near).map(|m| [f64::from(t), m]));
     }
+    // the outer four at either end of a line of 24 or more are another edge's too
+    let ends = if points.len() >= 24 { 4 } else { 0 };
+    let points = &points[ends..points.len() - ends];
     let count = points.len() as f64;
     let [t, m] = [0, 1].map(|i| points.iter().map(|p| p[i]).sum::<f64>() / count);
     let spread: f64 = points.iter().map(|p| (p[0] - t).powi(2)).sum();

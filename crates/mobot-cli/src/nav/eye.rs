@@ -107,6 +107,10 @@ impl Eye {
         let params = FloorParams::default();
         floor_features_into(image, found, &view, &params, &mut self.features);
         self.segments.extend(found.iter().map(|s| moved(s, origin)));
+        for edge in &mut self.features.edges {
+            let theta = self.segments[edge.segment].theta;
+            edge.covariance = moved_covariance(theta, edge.covariance, origin);
+        }
         for corner in &mut self.features.corners {
             corner.pixel = sum(corner.pixel, origin);
         }
@@ -201,18 +205,25 @@ fn shifted(view: &FloorView, [u, v]: [f64; 2]) -> FloorView {
 /// A segment in pixels counted from another origin.
 fn moved(segment: &Segment, origin: [f64; 2]) -> Segment {
     let (sin, cos) = segment.theta.sin_cos();
-    // rho grows by the origin's part along the normal, and with theta by its part across
-    let along = origin[0] * cos + origin[1] * sin;
-    let across = origin[1] * cos - origin[0] * sin;
-    let [[rr, rt], [_, tt]] = segment.covariance;
-    let mixed = rt + across * tt;
     Segment {
         start: sum(segment.start, origin),
         end: sum(segment.end, origin),
-        rho: segment.rho + along,
-        covariance: [[rr + across * (2.0 * rt + across * tt), mixed], [mixed, tt]],
+        rho: segment.rho + origin[0] * cos + origin[1] * sin,
+        covariance: moved_covariance(segment.theta, segment.covariance, origin),
         ..*segment
     }
+}
+
+/// Covariance of a normal form in pixels counted from another origin: rho grows with theta by the origin's part
+/// across the normal.
+fn moved_covariance(
+    theta: f64,
+    [[rr, rt], [_, tt]]: [[f64; 2]; 2],
+    origin: [f64; 2],
+) -> [[f64; 2]; 2] {
+    let across = origin[1] * theta.cos() - origin[0] * theta.sin();
+    let mixed = rt + across * tt;
+    [[rr + across * (2.0 * rt + across * tt), mixed], [mixed, tt]]
 }
 
 fn sum(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
@@ -226,7 +237,7 @@ fn observe(lines: &[Segment], features: &FloorFeatures, seen: &mut Observations)
         EdgeObservation {
             start: line.start,
             end: line.end,
-            covariance: line.covariance,
+            covariance: edge.covariance,
             confidence: edge.confidence,
         }
     });

@@ -3,7 +3,11 @@
 use nalgebra::{Matrix2, SMatrix, Vector2};
 
 use super::LocateParams;
-use super::model::{Belief, Feature, Kind, Landmarks, Model, Prediction, UNKNOWNS, Unknowns, View};
+use super::belief::{Belief, UNKNOWNS, Unknowns};
+use super::feature::{Feature, Kind};
+use super::landmarks::Landmarks;
+use super::model::{Model, Prediction};
+use super::view::View;
 
 /// A reading of the frame: of each feature, which landmark it is, if any.
 #[derive(Clone, PartialEq)]
@@ -37,11 +41,12 @@ const MOST_FEATURES: usize = 10;
 pub(super) const DOUBT: f64 = 0.02;
 /// Readings kept.
 const MOST_READINGS: usize = 64;
-/// How densely features lie that are none [1/px^2]: other lines run along with the floor edges.
+/// How densely features lie that are none [1/px^2]: other lines run along with the floor edges, and other
+/// verticals end on them.
 pub(super) fn clutter(kind: Kind) -> f64 {
     match kind {
         Kind::Edge(_) => 1e-4,
-        Kind::Corner(_) => 3e-5,
+        Kind::Corner(_) => 1.2e-4,
     }
 }
 
@@ -120,7 +125,10 @@ impl Search<'_> {
                 continue;
             }
             let confidence = feature.confidence.clamp(DOUBT, 1.0 - DOUBT);
-            let any = (confidence / choices.len() as f64).ln();
+            let any = match feature.kind {
+                Kind::Edge(_) => (confidence / choices.len() as f64).ln(),
+                Kind::Corner(_) => confidence.ln(),
+            };
             let none = ((1.0 - confidence) * clutter(feature.kind)).ln();
             let sharpest = -(std::f64::consts::TAU * feature.noise.determinant().sqrt()).ln();
             out.push(Candidates {
@@ -202,12 +210,10 @@ impl Search<'_> {
                 break;
             }
             self.steps -= 1;
-            // a corner is one corner; a wall may be seen in several pieces
-            let used = matches!(f.kind, Kind::Corner(_))
-                && self.order[..depth].iter().any(|c| {
-                    matches!(self.features[c.feature].kind, Kind::Corner(_))
-                        && choice[c.feature] == Some(landmark)
-                });
+            let used = self.order[..depth].iter().any(|c| {
+                choice[c.feature] == Some(landmark)
+                    && self.excludes(&self.features[c.feature], f, landmark, &view)
+            });
             let Some(update) = self.update(feature, landmark, &belief, &view, taken) else {
                 continue;
             };
@@ -236,6 +242,25 @@ impl Search<'_> {
         }
         if !alone {
             self.descend(depth + 1, belief, choice, score + none, distance);
+        }
+    }
+
+    /// Whether two features cannot both be this landmark: a corner is one corner, and a stretch of wall one
+    /// edge, though a wall may be seen in several.
+    fn excludes(&self, a: &Feature, b: &Feature, landmark: usize, view: &View<'_>) -> bool {
+        match (a.kind, b.kind) {
+            (Kind::Corner(_), Kind::Corner(_)) => true,
+            (Kind::Edge(_), Kind::Edge(_)) => {
+                let wall = self.landmarks.walls[landmark].1;
+                let places = [a, b].map(|edge| view.on_wall(edge, wall));
+                let [Some(a), Some(b)] = places.map(|p| p.map(|[s, t]| [s.min(t), s.max(t)]))
+                else {
+                    return false;
+                };
+                let both = a[1].min(b[1]) - a[0].max(b[0]);
+                both > 0.5 * (a[1] - a[0]).min(b[1] - b[0])
+            }
+            _ => false,
         }
     }
 

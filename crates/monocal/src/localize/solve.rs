@@ -4,11 +4,16 @@ use nalgebra::{Cholesky, Matrix2, Matrix3, SymmetricEigen, Vector3};
 use occgrid::Pose2;
 
 use super::associate::{DOUBT, Reading, Readings, clutter};
-use super::model::{Belief, Feature, Kind, Landmarks, Model, Spread, UNKNOWNS, Unknowns};
+use super::belief::{Belief, Spread, UNKNOWNS, Unknowns};
+use super::feature::{Feature, Kind};
+use super::landmarks::Landmarks;
+use super::model::Model;
 use super::{FixStatus, LocateParams, Observed, PoseFix, PositionAxis, Prior};
 
 /// Gauss-Newton steps at most; three are the rule.
 const STEPS: usize = 8;
+/// A feature's weight falls with its squared distance beyond this [chi-square of 2, 95 %].
+const PLAIN: f64 = 6.0;
 /// Steps below this end the iteration [m, rad].
 const SMALL: f64 = 1e-7;
 /// Readings whose poses differ by less than these are one place [m, rad], sigmas aside.
@@ -177,11 +182,14 @@ fn solved(
             };
             let seen = model.predict(feature, landmarks, choice, &view)?;
             let weight = seen.noise.try_inverse()?;
-            let weighted = seen.rows.transpose() * weight;
+            // what no constant tells of a feature's noise, its residual does
+            let distance = seen.residual.dot(&(weight * seen.residual));
+            let trust = (PLAIN / distance).min(1.0);
+            let weighted = seen.rows.transpose() * weight * trust;
             information += weighted * seen.rows;
             pull -= weighted * seen.residual;
-            score -= 0.5 * seen.residual.dot(&(weight * seen.residual))
-                + (std::f64::consts::TAU * seen.noise.determinant().sqrt()).ln();
+            score -=
+                0.5 * distance + (std::f64::consts::TAU * seen.noise.determinant().sqrt()).ln();
             score += feature.confidence.clamp(DOUBT, 1.0 - DOUBT).ln();
         }
         let step = Cholesky::new(information)?.solve(&pull);

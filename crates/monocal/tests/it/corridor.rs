@@ -15,6 +15,12 @@ pub(crate) struct Shot {
     pub(crate) image: GrayImage,
     pub(crate) plan: FloorPlan,
     pub(crate) map_from_base: Pose2,
+    /// The camera, nodding as it did.
+    pub(crate) eye: CameraModel,
+    /// Door number of each door corner of the plan.
+    pub(crate) door_of: Vec<usize>,
+    /// Whether the camera sees each door corner of the plan.
+    pub(crate) visible: Vec<bool>,
 }
 
 /// A corridor of random width with random doors, textures, light and clutter, from a random place in it, by
@@ -84,8 +90,16 @@ pub(crate) fn shot(rng: &mut Pcg64, seed: u64) -> Shot {
     };
     let mut renderer = Renderer::new(camera, sensor).expect("a camera");
     let image = renderer.render(&world, map_from_base, 0.0, seed);
+    let seen = renderer.door_corners(&world, map_from_base, 0.0);
+    let corners = world.door_corners();
     Shot {
         image,
+        eye: *renderer.camera(),
+        door_of: corners.iter().map(|c| c.door).collect(),
+        visible: corners
+            .iter()
+            .map(|c| seen.iter().any(|s| s.corner == *c))
+            .collect(),
         plan: plan(&building, &world),
         map_from_base,
     }

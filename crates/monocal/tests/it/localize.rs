@@ -162,6 +162,7 @@ fn projected_features_give_the_pose_with_honest_error_bars() {
     let mut rng = Pcg64::seed_from_u64(1);
     let params = LocateParams {
         bias_px: 0.0,
+        crowd_px: 0.0,
         plan_sigma: 0.0,
         ..LocateParams::default()
     };

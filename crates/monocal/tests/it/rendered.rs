@@ -5,12 +5,13 @@ use linefeat::{
     floor_features, segments,
 };
 use monocal::{
-    CornerObservation, EdgeObservation, FixStatus, FloorCamera, LocateParams, Observations, locate,
+    CornerObservation, EdgeObservation, FixStatus, FloorCamera, LocateParams, Match, Observations,
+    PoseFix, locate,
 };
 use rand::SeedableRng as _;
 use rand_pcg::Pcg64;
 
-use crate::corridor::shot;
+use crate::corridor::{Shot, shot};
 use crate::localize::{camera, error, nees, prior};
 
 pub(crate) fn view(camera: &FloorCamera) -> FloorView {
@@ -26,7 +27,7 @@ pub(crate) fn observations(segments: &[Segment], features: &FloorFeatures) -> Ob
         EdgeObservation {
             start: s.start,
             end: s.end,
-            covariance: s.covariance,
+            covariance: edge.covariance,
             confidence: edge.confidence,
         }
     });
@@ -42,6 +43,32 @@ pub(crate) fn observations(segments: &[Segment], features: &FloorFeatures) -> Ob
     }
 }
 
+/// Whether a seen corner that is one door's was taken for another's, whatever the pose.
+fn wrong_door(shot: &Shot, seen: &Observations, fix: &PoseFix) -> bool {
+    let pixel = |corner: usize| {
+        let place = shot.plan.door_corners[corner];
+        shot.eye.pixel_of(shot.map_from_base, place, 0.0)
+    };
+    fix.matched.iter().any(|m| {
+        let Match::Corner {
+            corner,
+            door_corner,
+        } = *m
+        else {
+            return false;
+        };
+        let [u, v] = seen.corners[corner].pixel;
+        let visible = (0..shot.plan.door_corners.len()).filter(|c| shot.visible[*c]);
+        let apart = visible.filter_map(|c| pixel(c).map(|p| (c, (p[0] - u).hypot(p[1] - v))));
+        let nearest = apart.min_by(|a, b| a.1.total_cmp(&b.1));
+        nearest.is_some_and(|(c, px)| px < 8.0 && shot.door_of[c] != shot.door_of[door_corner])
+    })
+}
+
+/// Seeds from here on were not looked at while parameters were chosen; those below 1 000 were. The short form
+/// runs the latter, so that it notices changes; figures come from the long form.
+const UNSEEN: u64 = 20_000;
+
 /// 60 corridors, or 1 000 with MOBOT_LONG=1. The errors are those of frames whose status is ok: x, y and
 /// heading measured by the frame alone to 2 cm and 0.5 degrees; the others say that they are not.
 #[test]
@@ -55,11 +82,13 @@ fn rendered_corridors_give_the_pose() {
         plan_sigma: 0.0,
         ..LocateParams::default()
     };
-    let (mut errors, mut headings, mut sum_nees, mut wrong) = (Vec::new(), 0.0, 0.0, 0);
+    let (mut errors, mut headings, mut sum_nees) = (Vec::new(), 0.0, 0.0);
+    let (mut wrong, mut covered) = (0, 0);
     let mut statuses = [0; 5];
     for k in 0..frames {
-        let mut rng = Pcg64::seed_from_u64(k);
-        let shot = shot(&mut rng, k);
+        let seed = if long { UNSEEN + k } else { k };
+        let mut rng = Pcg64::seed_from_u64(seed);
+        let shot = shot(&mut rng, seed);
         let edges = canny(
             &shot.image,
             &CannyParams {
@@ -81,8 +110,8 @@ fn rendered_corridors_give_the_pose() {
         errors.push(e[0].hypot(e[1]));
         headings += e[2] * e[2];
         sum_nees += nees(&fix, shot.map_from_base);
-        // a door is 0.8 m wide or more: the pose of a wrong one is off by decimetres
-        wrong += u32::from(e[0].hypot(e[1]) > 0.2);
+        wrong += u32::from(wrong_door(&shot, &seen, &fix));
+        covered += u32::from(nees(&fix, shot.map_from_base) <= 7.815);
     }
     errors.sort_by(f64::total_cmp);
     let count = errors.len();
@@ -91,7 +120,7 @@ fn rendered_corridors_give_the_pose() {
     let heading = (headings / count as f64).sqrt().to_degrees();
     let nees = sum_nees / count as f64;
     println!(
-        "ok, partial, ambiguous, none, lost {statuses:?}; mean {mean:.4} m, 95 % {most:.4} m, max {largest:.4} m, heading {heading:.3} deg, NEES {nees:.2}, wrong doors {wrong}"
+        "ok, partial, ambiguous, none, lost {statuses:?}; mean {mean:.4} m, 95 % {most:.4} m, max {largest:.4} m, heading {heading:.3} deg, NEES {nees:.2}, wrong doors {wrong}, in the 95 % region {covered}"
     );
     assert!(count as u64 * 3 > frames, "{statuses:?}");
     assert!(
