@@ -40,7 +40,8 @@ pub struct EdgeObservation {
     pub start: [f64; 2],
     /// The other end (u, v) [px].
     pub end: [f64; 2],
-    /// Covariance of (rho, theta), its normal form about the centre of pixel (0, 0) [px^2, px rad, rad^2].
+    /// Covariance of (rho, theta), its normal form about the centre of pixel (0, 0), theta from 0 to below pi
+    /// [px^2, px rad, rad^2].
     pub covariance: [[f64; 2]; 2],
     /// Probability that it is a floor edge, 0 to 1.
     pub confidence: f64,

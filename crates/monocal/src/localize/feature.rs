@@ -35,7 +35,7 @@ impl Model<'_> {
         let edges = observations.edges.iter().enumerate();
         let edges = edges.filter_map(|(index, edge)| {
             let ends = [edge.start, edge.end].map(Vector2::from);
-            let along = (ends[1] - ends[0]).try_normalize(1.0)?;
+            let along = tangent((ends[1] - ends[0]).try_normalize(1.0)?);
             let normal = Vector2::new(-along.y, along.x);
             // rate of the normal form's distance at each end, by rho and theta
             let rates = Matrix2::from_fn(|r, c| if c == 0 { -1.0 } else { along.dot(&ends[r]) });
@@ -102,6 +102,13 @@ impl Model<'_> {
         };
         Some(Vector2::new(ideal.u, ideal.v))
     }
+}
+
+/// The direction of a line in which theta of its normal form, 0 or more and below pi, turns it: the sign of
+/// the covariance of rho and theta depends on it.
+fn tangent(along: Vector2<f64>) -> Vector2<f64> {
+    let backwards = along.x > 0.0 || (along.x == 0.0 && along.y < 0.0);
+    if backwards { -along } else { along }
 }
 
 fn square(m: &[[f64; 2]; 2]) -> Matrix2<f64> {

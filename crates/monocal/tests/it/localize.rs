@@ -79,9 +79,11 @@ fn see(
             let e = sigma_px * normal(rng);
             [p[0] + e * n[0], p[1] + e * n[1]]
         });
-        let t = |p: [f64; 2]| (p[0] * along[0] + p[1] * along[1]) / length;
+        // along the line as its normal turns, theta being 0 or more and below pi
+        let theta = n[1].atan2(n[0]).rem_euclid(std::f64::consts::PI);
+        let t = |p: [f64; 2]| p[1] * theta.cos() - p[0] * theta.sin();
         let (ta, tb) = (t(start), t(end));
-        // of (rho, theta) where d = -rho' + t theta' has the same variance at both ends
+        // of (rho, theta) where rho - t theta has the same variance at both ends
         let s = sigma_px * sigma_px / (tb - ta).powi(2);
         let covariance = [
             [s * (ta * ta + tb * tb), s * (ta + tb)],
@@ -194,6 +196,31 @@ fn projected_features_give_the_pose_with_honest_error_bars() {
     let mean = sum_nees / f64::from(fixed);
     let bound = 1.96 * (6.0 / f64::from(fixed)).sqrt();
     assert!((mean - 3.0).abs() < bound, "NEES {mean}, 3 +- {bound}");
+}
+
+/// The sign of the covariance of rho and theta is the normal form's, whichever end is named first.
+#[test]
+fn either_end_of_an_edge_may_come_first() {
+    let plan = corridor(&[(2.0, 1.0), (4.3, -1.0)]);
+    let camera = camera();
+    let mut rng = Pcg64::seed_from_u64(4);
+    for _ in 0..20 {
+        let truth = Pose2::new(1.0, rng.random_range(-0.3..0.3), 0.1);
+        let (seen, _) = see(&plan, truth, 0.005, 0.3, &mut rng);
+        let mut turned = seen.clone();
+        for edge in &mut turned.edges {
+            std::mem::swap(&mut edge.start, &mut edge.end);
+        }
+        let prior = prior(truth, [0.1, 0.1, 0.05], &mut rng);
+        let [one, other] = [&seen, &turned]
+            .map(|seen| locate(seen, &plan, &camera, &prior, &LocateParams::default()));
+        assert_eq!(one.matched, other.matched);
+        for r in 0..3 {
+            assert!((error(&one, other.pose)[r]).abs() < 1e-6);
+            let (a, b) = (one.covariance[r][r], other.covariance[r][r]);
+            assert!((a - b).abs() < 1e-6 * a, "{a} {b}");
+        }
+    }
 }
 
 /// Without doors, heading and the place across are measured, the place along is not and says so.
