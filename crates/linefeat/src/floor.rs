@@ -15,7 +15,7 @@ use image::GrayImage;
 
 use crate::{FloorView, Segment};
 use appearance::Surroundings;
-use disturbance::disturbed;
+use disturbance::{FLOOR_EDGE, VERTICAL, disturbed};
 use plane::Plane;
 
 /// Parameters of [`floor_features`].
@@ -139,7 +139,7 @@ pub fn floor_features_into(
             features.edges.push(FloorEdge {
                 segment: index,
                 confidence,
-                covariance: disturbed(segment, around.texture()).covariance,
+                covariance: disturbed(segment, &FLOOR_EDGE, around.texture()).covariance,
             });
         }
     }
@@ -213,29 +213,18 @@ fn corner(
         });
     let (edge, pixel, edge_confidence, fits) =
         meets.max_by(|a, b| (a.2 * a.3).total_cmp(&(b.2 * b.3)))?;
-    let vertical = disturbed(vertical, 0.0);
+    let vertical = disturbed(vertical, &VERTICAL, 0.0);
     let floor = Segment {
         covariance: features.edges[edge].covariance,
         ..segments[features.edges[edge].segment]
     };
     Some(DoorCorner {
         pixel,
-        covariance: shaded(plane::crossing_covariance(&vertical, &floor, pixel)?),
+        covariance: plane::crossing_covariance(&vertical, &floor, pixel)?,
         confidence: CORNER_MOST * sure(edge_confidence.sqrt() * door.confidence * fits),
         edge: Some(edge),
         door_edge,
     })
-}
-
-/// One sigma of what shade in the corner between wall and floor, and light around edges, shift a corner by,
-/// which no scatter along the lines shows [px].
-const SHADE_PX: f64 = 0.06;
-
-fn shaded(mut covariance: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
-    for (k, row) in covariance.iter_mut().enumerate() {
-        row[k] += SHADE_PX * SHADE_PX;
-    }
-    covariance
 }
 
 /// How far a vertical may end above a floor edge, over [`FloorParams::corner_gap_px`].
@@ -267,7 +256,7 @@ fn foot(
     (width, height): (u32, u32),
 ) -> Option<DoorCorner> {
     let door = &features.door_edges[door_edge];
-    let vertical = &disturbed(&segments[door.segment], 0.0);
+    let vertical = &disturbed(&segments[door.segment], &VERTICAL, 0.0);
     let [u, v] = plane.lower_end(vertical);
     let inside = |x: f64, size: u32| x > BORDER_PX && x < f64::from(size) - 1.0 - BORDER_PX;
     if !inside(u, width) || v > f64::from(height) - 1.0 - BORDER_PX {

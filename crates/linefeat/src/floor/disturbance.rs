@@ -2,21 +2,33 @@
 
 use crate::Segment;
 
-/// How much gray levels drift across an edge besides its step: shading, blurred neighbours.
-const DRIFT_LEVELS: f64 = 2.4;
+/// What moves lines of one kind, from the residuals of lines in rendered corridors against their truth.
+pub(super) struct Disturbance {
+    /// How much gray levels drift across an edge besides its step: shading, blurred neighbours.
+    drift_levels: f64,
+    /// What stands at the end of a line moves that end by so much [px^2 over its length]: it is seen on a few
+    /// pixels, whatever the length.
+    end_px2: f64,
+}
+
+pub(super) const FLOOR_EDGE: Disturbance = Disturbance {
+    drift_levels: 1.36,
+    end_px2: 2.1,
+};
+pub(super) const VERTICAL: Disturbance = Disturbance {
+    drift_levels: 0.8,
+    end_px2: 1.3,
+};
 /// A texture's gray levels are independent of each other at this distance [px].
 const GRAIN_PX: f64 = 8.0;
-/// What stands at the end of a line moves that end by so much [px^2 over its length]: it is seen on a few
-/// pixels, whatever the length.
-const END_PX2: f64 = 2.4;
 
 /// The segment, its covariance with what moves it as a whole (by drift over contrast) and at either end.
 /// `texture` is one sigma of the gray levels along it.
-pub(super) fn disturbed(segment: &Segment, texture: f64) -> Segment {
+pub(super) fn disturbed(segment: &Segment, by: &Disturbance, texture: f64) -> Segment {
     let length = segment.length_px().max(1.0);
-    let drift = DRIFT_LEVELS.powi(2) + texture * texture * (GRAIN_PX / length).min(1.0);
+    let drift = by.drift_levels.powi(2) + texture * texture * (GRAIN_PX / length).min(1.0);
     let whole = drift / segment.contrast.powi(2).max(1.0);
-    let end = (END_PX2 / length).powi(2);
+    let end = (by.end_px2 / length).powi(2);
     // about the middle, ends that move independently shift and turn independently
     let (shift, turn) = (whole + 0.5 * end, 2.0 * end / (length * length));
     let (cos, sin) = (segment.theta.cos(), segment.theta.sin());
