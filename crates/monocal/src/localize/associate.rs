@@ -112,15 +112,21 @@ impl Search<'_> {
             return out;
         };
         for (index, feature) in self.features.iter().enumerate() {
-            let choices: Vec<usize> = (0..self.model.choices(feature, self.landmarks))
-                .filter(|&choice| {
-                    let seen = self.model.predict(feature, self.landmarks, choice, &view);
-                    seen.is_some_and(|seen| wide_gate(&seen, start))
-                        && !self
-                            .model
-                            .hidden(feature, self.landmarks, choice, &view, start)
-                })
-                .collect();
+            let (mut choices, mut sharpest) = (Vec::new(), f64::NEG_INFINITY);
+            for choice in 0..self.model.choices(feature, self.landmarks) {
+                let seen = self.model.predict(feature, self.landmarks, choice, &view);
+                let Some(seen) = seen.filter(|seen| wide_gate(seen, start)) else {
+                    continue;
+                };
+                if !self
+                    .model
+                    .hidden(feature, self.landmarks, choice, &view, start)
+                {
+                    choices.push(choice);
+                    sharpest = sharpest
+                        .max(-(std::f64::consts::TAU * seen.noise.determinant().sqrt()).ln());
+                }
+            }
             if choices.is_empty() {
                 continue;
             }
@@ -130,7 +136,6 @@ impl Search<'_> {
                 Kind::Corner(_) => confidence.ln(),
             };
             let none = ((1.0 - confidence) * clutter(feature.kind)).ln();
-            let sharpest = -(std::f64::consts::TAU * feature.noise.determinant().sqrt()).ln();
             out.push(Candidates {
                 feature: index,
                 choices,
