@@ -119,10 +119,10 @@ pub enum FixStatus {
     Partial,
     /// The frame fits in more than one place. What all of them agree on is in the answer.
     Ambiguous,
-    /// Nothing that the frame shows is in the plan near the prior: the answer is the prior.
+    /// Nothing of the plan is in view from near the prior, or nothing is seen: the answer is the prior.
     NoMatch,
-    /// As `NoMatch`, though the prior says that the plan is in view and the frame shows floor edges or
-    /// corners: the prior, the plan or the calibration is wrong.
+    /// The prior says that the plan is in view, and the frame shows floor edges or corners, but next to none of
+    /// them is in the plan there: the prior, the plan or the calibration is wrong. The answer is the prior.
     Lost,
 }
 

@@ -21,6 +21,10 @@ const SAME_PLACE: [f64; 2] = [0.01, 0.003];
 /// One sigma of a position or heading of which the frame says nothing [m, rad].
 const UNMEASURED: f64 = 1e3;
 
+/// Where the likeliest reading takes a smaller share of what is seen for something in the plan, by confidence,
+/// what is seen contradicts the prior: some feature fits by chance anywhere.
+const LEAST_EXPLAINED: f64 = 0.25;
+
 /// A reading with its most probable unknowns.
 struct Solution {
     mean: Unknowns,
@@ -77,6 +81,10 @@ pub(super) fn fix(
             None => best = Some((reading, solution)),
         }
     }
+    let told = best.as_ref().map_or(0.0, |(r, _)| explained(&r.choice, features));
+    if told < LEAST_EXPLAINED && !features.is_empty() && model.in_view(landmarks, &start.mean) > 0 {
+        return described_prior(start, FixStatus::Lost);
+    }
     let mut ambiguous = !readings.complete;
     let mut choice = vec![None; features.len()];
     if let (Some((reading, place)), true) = (&best, readings.complete) {
@@ -110,8 +118,6 @@ pub(super) fn fix(
                 FixStatus::Ambiguous
             } else if !fix.matched.is_empty() {
                 fix.status
-            } else if !features.is_empty() && model.in_view(landmarks, &start.mean) > 0 {
-                FixStatus::Lost
             } else {
                 FixStatus::NoMatch
             };
@@ -125,6 +131,13 @@ fn described_prior(start: &Belief, status: FixStatus) -> PoseFix {
     let pose = Pose2::new(start.mean[0], start.mean[1], start.mean[2]);
     let covariance = std::array::from_fn(|r| std::array::from_fn(|c| start.spread[(r, c)]));
     unchanged(&Prior { pose, covariance }, status)
+}
+
+/// The share of the features' confidence that a reading takes for something in the plan.
+fn explained(choice: &[Option<usize>], features: &[Feature]) -> f64 {
+    let all: f64 = features.iter().map(|f| f.confidence).sum();
+    let matched = features.iter().zip(choice).filter(|(_, c)| c.is_some());
+    matched.map(|(f, _)| f.confidence).sum::<f64>() / all.max(f64::MIN_POSITIVE)
 }
 
 /// Beyond so many sigmas, a nod or roll is a wrong reading's rather than the camera's.
