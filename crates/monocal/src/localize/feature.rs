@@ -4,6 +4,7 @@ use nalgebra::{Matrix2, Vector2};
 
 use super::Observations;
 use super::model::Model;
+use super::view::towards;
 use crate::PixelPoint;
 
 /// A feature of the frame, in undistorted pixels: two measured distances along normals.
@@ -12,7 +13,7 @@ pub(super) struct Feature {
     pub(super) kind: Kind,
     /// Places (u, v); of a corner, its own twice.
     pub(super) places: [Vector2<f64>; 2],
-    /// Directions in which they are measured.
+    /// Directions in which they are measured; of a corner, for a camera that neither nods nor rolls.
     pub(super) normals: [Vector2<f64>; 2],
     /// Covariance of the two measured distances [px^2].
     pub(super) noise: Matrix2<f64>,
@@ -55,7 +56,10 @@ impl Model<'_> {
         let corners = corners.filter_map(|(index, corner)| {
             let place = self.ideal(corner.pixel.into())?;
             let edge = corner.edge.and_then(|e| observations.edges.get(e));
-            let [across, down] = match (self.down(place), edge) {
+            let [across, down] = match (
+                self.nadir.and_then(|nadir| towards(nadir.into(), place)),
+                edge,
+            ) {
                 (Some(down), _) => [Vector2::new(-down.y, down.x), down],
                 (None, Some(edge)) => {
                     let along = Vector2::from(edge.end) - Vector2::from(edge.start);
@@ -85,13 +89,6 @@ impl Model<'_> {
                 && f.confidence > 0.0
         };
         edges.chain(corners).filter(usable).collect()
-    }
-
-    /// Unit direction down a vertical at a place in the picture.
-    fn down(&self, place: Vector2<f64>) -> Option<Vector2<f64>> {
-        let [u, v, w] = self.nadir?;
-        let towards = Vector2::new(u - w * place.x, v - w * place.y);
-        towards.try_normalize(1e-9)
     }
 
     fn ideal(&self, place: Vector2<f64>) -> Option<Vector2<f64>> {

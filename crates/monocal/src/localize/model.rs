@@ -77,8 +77,11 @@ impl<'a> Model<'a> {
         view: &View<'_>,
     ) -> Option<Prediction> {
         let seen = view.see(landmarks.corners[choice].1)?;
-        let across = feature.normals[0];
-        let mut out = self.measured(feature, [&seen, &seen], feature.normals).0;
+        // a foot is known badly along its vertical, which nodding turns: by 0.01 in the picture's corners
+        let down = view.down(feature.places[0]);
+        let normals = down.map_or(feature.normals, |d| [Vector2::new(-d.y, d.x), d]);
+        let across = normals[0];
+        let mut out = self.measured(feature, [&seen, &seen], normals).0;
         let crowd = crowded(landmarks, choice, view, seen.pixel, across);
         out.noise[(0, 0)] += (self.params.crowd_px * crowd).powi(2);
         Some(out)

@@ -81,7 +81,9 @@ pub(super) fn fix(
             None => best = Some((reading, solution)),
         }
     }
-    let told = best.as_ref().map_or(0.0, |(r, _)| explained(&r.choice, features));
+    let told = best
+        .as_ref()
+        .map_or(0.0, |(r, _)| explained(&r.choice, features));
     if told < LEAST_EXPLAINED && !features.is_empty() && model.in_view(landmarks, &start.mean) > 0 {
         return described_prior(start, FixStatus::Lost);
     }

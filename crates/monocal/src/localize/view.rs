@@ -38,6 +38,8 @@ pub(super) struct View<'a> {
     roll: [f64; 2],
     pixel_to_floor: Matrix3<f64>,
     floor_to_pixel: Matrix3<f64>,
+    /// Vanishing point of the vertical as the camera nods and rolls, homogeneous.
+    nadir: Option<Vector3<f64>>,
 }
 
 impl<'a> View<'a> {
@@ -56,7 +58,16 @@ impl<'a> View<'a> {
             roll: pair(at[4]),
             pixel_to_floor,
             floor_to_pixel: pixel_to_floor.try_inverse()?,
+            nadir: model.nadir.map(|nadir| match &model.lens {
+                Some(lens) => turned(lens, nadir.into(), pair(at[3]), pair(at[4])),
+                None => nadir.into(),
+            }),
         })
+    }
+
+    /// Unit direction down the vertical that is seen at a place of the picture.
+    pub(super) fn down(&self, place: Vector2<f64>) -> Option<Vector2<f64>> {
+        towards(self.nadir?, place)
     }
 
     fn ground(&self, point: Point2) -> GroundPoint {
@@ -193,6 +204,28 @@ impl<'a> View<'a> {
         let ([cos, sin], [x, y]) = (self.turn, direction);
         Vector2::new(cos * x + sin * y, cos * y - sin * x)
     }
+}
+
+/// Unit direction in the picture from a place to a homogeneous point.
+pub(super) fn towards(point: Vector3<f64>, place: Vector2<f64>) -> Option<Vector2<f64>> {
+    (point.xy() - place * point.z).try_normalize(1e-9)
+}
+
+/// Where a homogeneous pixel moves when the camera nods down and rolls (cosine, sine).
+fn turned(
+    lens: &CameraMatrix,
+    at: Vector3<f64>,
+    [cn, sn]: [f64; 2],
+    [cr, sr]: [f64; 2],
+) -> Vector3<f64> {
+    let (a, b, w) = (
+        (at.x - lens.cx * at.z) / lens.fx,
+        (at.y - lens.cy * at.z) / lens.fy,
+        at.z,
+    );
+    let (y, z) = (cn * b - sn * w, sn * b + cn * w);
+    let (x, y) = (cr * a - sr * y, sr * a + cr * y);
+    Vector3::new(lens.fx * x + lens.cx * z, lens.fy * y + lens.cy * z, z)
 }
 
 /// The homography of a camera that nodded down.
