@@ -16,8 +16,8 @@ pub(super) const FLOOR_EDGE: Disturbance = Disturbance {
     end_px2: 2.1,
 };
 pub(super) const VERTICAL: Disturbance = Disturbance {
-    drift_levels: 0.8,
-    end_px2: 1.3,
+    drift_levels: 0.6,
+    end_px2: 1.1,
 };
 /// A texture's gray levels are independent of each other at this distance [px].
 const GRAIN_PX: f64 = 8.0;

@@ -19,6 +19,8 @@ pub(super) struct Feature {
     pub(super) noise: Matrix2<f64>,
     /// Probability that it is what it seems.
     pub(super) confidence: f64,
+    /// Of a corner, how far the nearest other vertical is seen beside its own [px].
+    pub(super) beside_px: f64,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -50,6 +52,7 @@ impl Model<'_> {
                 normals: [Vector2::new(-along.y, along.x); 2].map(|n| n * n.dot(&normal).signum()),
                 noise,
                 confidence: edge.confidence,
+                beside_px: f64::INFINITY,
             })
         });
         let corners = observations.corners.iter().enumerate();
@@ -74,12 +77,21 @@ impl Model<'_> {
             if edge.is_some() {
                 noise[(1, 1)] += FOOT_PX * FOOT_PX;
             }
+            let others = observations.corners.iter().enumerate();
+            let apart = others
+                .filter(|(other, _)| *other != index)
+                .filter_map(|(_, other)| {
+                    let to = self.ideal(other.pixel.into())? - place;
+                    Some(across.dot(&to).abs())
+                });
+            let beside_px = apart.fold(f64::INFINITY, f64::min);
             Some(Feature {
                 kind: Kind::Corner(index),
                 places: [place; 2],
                 normals: [across, down],
                 noise,
                 confidence: corner.confidence,
+                beside_px,
             })
         });
         let usable = |f: &Feature| {

@@ -82,7 +82,8 @@ impl<'a> Model<'a> {
         let normals = down.map_or(feature.normals, |d| [Vector2::new(-d.y, d.x), d]);
         let across = normals[0];
         let mut out = self.measured(feature, [&seen, &seen], normals).0;
-        let crowd = crowded(landmarks, choice, view, seen.pixel, across);
+        let planned = beside_px(landmarks, choice, view, seen.pixel, across);
+        let crowd = crowded(planned.min(feature.beside_px));
         out.noise[(0, 0)] += (self.params.crowd_px * crowd).powi(2);
         Some(out)
     }
@@ -167,9 +168,8 @@ fn in_opening([from, to]: [f64; 2], openings: &[[f64; 2]]) -> bool {
     })
 }
 
-/// How much the verticals of the plan beside a vertical move it, 0 to 1: as far as cuts across it see them,
-/// by the window with which edges are placed.
-fn crowded(
+/// How far the nearest other vertical of the plan is seen beside one.
+fn beside_px(
     landmarks: &Landmarks,
     choice: usize,
     view: &View<'_>,
@@ -181,7 +181,12 @@ fn crowded(
         Some(across.dot(&(pixel - place)).abs())
     };
     let beside = landmarks.beside[choice].iter().filter_map(apart);
-    let nearest = beside.fold(f64::INFINITY, f64::min);
-    let share = (1.0 - (nearest / BLURRED_PX).powi(2)).max(0.0);
+    beside.fold(f64::INFINITY, f64::min)
+}
+
+/// How much a vertical so far beside another moves it, 0 to 1: as far as cuts across it see it, by the window
+/// with which edges are placed.
+fn crowded(apart_px: f64) -> f64 {
+    let share = (1.0 - (apart_px / BLURRED_PX).powi(2)).max(0.0);
     share * share
 }

@@ -8,6 +8,7 @@ use mobot_hw::sim::{
 use monocal::FloorPlan;
 use occgrid::{Point2, Pose2};
 use rand::RngExt as _;
+use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;
 
 /// A rendered frame and the truth about it.
@@ -23,8 +24,11 @@ pub(crate) struct Shot {
     pub(crate) visible: Vec<bool>,
 }
 
+/// One sigma of how far the camera rolls [rad].
+const ROLL: f64 = 0.2 * std::f64::consts::PI / 180.0;
+
 /// A corridor of random width with random doors, textures, light and clutter, from a random place in it, by
-/// the paper's camera nodding by up to one degree.
+/// the paper's camera nodding by up to one degree and rolling; it lies along x, along y or slanted in the map.
 pub(crate) fn shot(rng: &mut Pcg64, seed: u64) -> Shot {
     let width = rng.random_range(1.7..2.6);
     let thickness = 0.12;
@@ -75,8 +79,7 @@ pub(crate) fn shot(rng: &mut Pcg64, seed: u64) -> Shot {
         });
     }
     let world = World::new(&building).expect("a building");
-    // the corridor may lie at any angle in the map only if the building does: here it lies along x
-    let map_from_base = Pose2::new(
+    let corridor_from_base = Pose2::new(
         rng.random_range(0.0..10.0),
         rng.random_range(-0.25..0.25) * width / 2.0,
         rng.random_range(-0.25..0.25),
@@ -88,10 +91,32 @@ pub(crate) fn shot(rng: &mut Pcg64, seed: u64) -> Shot {
         blur_px: rng.random_range(0.5..1.0),
         ..Look::default()
     };
+    let rolls: f64 = StandardNormal.sample(rng);
+    camera.roll += ROLL * rolls;
     let mut renderer = Renderer::new(camera, sensor).expect("a camera");
-    let image = renderer.render(&world, map_from_base, 0.0, seed);
-    let seen = renderer.door_corners(&world, map_from_base, 0.0);
+    let image = renderer.render(&world, corridor_from_base, 0.0, seed);
+    let seen = renderer.door_corners(&world, corridor_from_base, 0.0);
     let corners = world.door_corners();
+    // the building is drawn along x; where it lies in the map is nothing to the picture
+    let along = match rng.random_range(0..4) {
+        0 => 0.0,
+        1 => std::f64::consts::FRAC_PI_2,
+        _ => rng.random_range(-3.1..3.1),
+    };
+    let map_from_corridor = Pose2::new(
+        rng.random_range(-9.0..9.0),
+        rng.random_range(-9.0..9.0),
+        along,
+    );
+    let mut plan = plan(&building, &world);
+    for point in plan
+        .walls
+        .iter_mut()
+        .flatten()
+        .chain(&mut plan.door_corners)
+    {
+        *point = map_from_corridor.transform_from(*point);
+    }
     Shot {
         image,
         eye: *renderer.camera(),
@@ -100,8 +125,8 @@ pub(crate) fn shot(rng: &mut Pcg64, seed: u64) -> Shot {
             .iter()
             .map(|c| seen.iter().any(|s| s.corner == *c))
             .collect(),
-        plan: plan(&building, &world),
-        map_from_base,
+        plan,
+        map_from_base: map_from_corridor.compose(corridor_from_base),
     }
 }
 
