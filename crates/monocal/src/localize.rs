@@ -9,6 +9,7 @@
 
 mod associate;
 mod belief;
+mod doubt;
 mod feature;
 mod landmarks;
 mod model;
@@ -89,7 +90,7 @@ pub struct LocateParams {
     /// the ratio], 0 or more. Raised: fewer wrong doors, more ambiguous answers.
     pub margin: f64,
     /// How many partial readings are looked at, above 0; past it the answer is ambiguous. Raised: crowded
-    /// frames are resolved, and take longer (about 2 us each).
+    /// frames are resolved, and take longer (about 0.5 us each).
     pub most_steps: u32,
 }
 
@@ -104,7 +105,7 @@ impl Default for LocateParams {
             observed_position: 0.02,
             observed_heading: 0.5_f64.to_radians(),
             margin: 6.0,
-            most_steps: 6000,
+            most_steps: 8000,
         }
     }
 }

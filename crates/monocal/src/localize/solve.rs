@@ -5,9 +5,10 @@ use occgrid::Pose2;
 
 use super::associate::{DOUBT, Reading, Readings, clutter};
 use super::belief::{Belief, Spread, UNKNOWNS, Unknowns};
+use super::doubt::doubted;
 use super::feature::{Feature, Kind};
 use super::landmarks::Landmarks;
-use super::model::Model;
+use super::model::{Model, Prediction};
 use super::{FixStatus, LocateParams, Observed, PoseFix, PositionAxis, Prior};
 
 /// Gauss-Newton steps at most; three are the rule.
@@ -109,7 +110,14 @@ pub(super) fn fix(
         _ => start.mean,
     };
     match solve(&choice, &from) {
-        Some(solution) => {
+        Some(mut solution) => {
+            let Solution {
+                mean, covariance, ..
+            } = &solution;
+            let counted = doubted(model, features, landmarks, &choice, mean, covariance);
+            if let Some((mean, covariance)) = counted {
+                (solution.mean, solution.covariance) = (mean, covariance);
+            }
             let matched = choice
                 .iter()
                 .zip(features)
@@ -197,10 +205,8 @@ fn solved(
             };
             let seen = model.predict(feature, landmarks, choice, &view)?;
             let weight = seen.noise.try_inverse()?;
-            // what no constant tells of a feature's noise, its residual does
             let distance = seen.residual.dot(&(weight * seen.residual));
-            let trust = (PLAIN / distance).min(1.0);
-            let weighted = seen.rows.transpose() * weight * trust;
+            let weighted = seen.rows.transpose() * weight * trust(&seen)?;
             information += weighted * seen.rows;
             pull -= weighted * seen.residual;
             score -=
@@ -233,6 +239,14 @@ fn solved(
         covariance: factor.inverse(),
         score,
     })
+}
+
+/// The weight of a feature: what no constant tells of its noise, its residual does.
+pub(super) fn trust(seen: &Prediction) -> Option<f64> {
+    let distance = seen
+        .residual
+        .dot(&(seen.noise.try_inverse()? * seen.residual));
+    Some((PLAIN / distance).min(1.0))
 }
 
 /// A fix without its matches; its status says only what was observed.
