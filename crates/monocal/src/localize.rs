@@ -99,8 +99,8 @@ impl Default for LocateParams {
         Self {
             pitch_sigma: 0.6_f64.to_radians(),
             roll_sigma: 0.2_f64.to_radians(),
-            bias_px: 0.02,
-            crowd_px: 0.7,
+            bias_px: 0.005,
+            crowd_px: 0.6,
             plan_sigma: 0.003,
             observed_position: 0.02,
             observed_heading: 0.5_f64.to_radians(),

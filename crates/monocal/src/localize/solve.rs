@@ -15,6 +15,8 @@ use super::{FixStatus, LocateParams, Observed, PoseFix, PositionAxis, Prior};
 const STEPS: usize = 8;
 /// A feature's weight falls with its squared distance beyond this [chi-square of 2, 95 %].
 const PLAIN: f64 = 6.0;
+/// A feature that keeps less than this of its weight is not what it was taken for.
+const LEAST_TRUST: f64 = 0.2;
 /// Steps below this end the iteration [m, rad].
 const SMALL: f64 = 1e-7;
 /// Readings whose poses differ by less than these are one place [m, rad], sigmas aside.
@@ -109,7 +111,20 @@ pub(super) fn fix(
         Some((_, place)) if !ambiguous => place.mean,
         _ => start.mean,
     };
-    match solve(&choice, &from) {
+    let mut solution = solve(&choice, &from);
+    if let Some(first) = &solution {
+        let mut misfits = false;
+        for (feature, choice) in features.iter().zip(&mut choice) {
+            if choice.is_some_and(|c| !fits(model, feature, landmarks, c, &first.mean)) {
+                *choice = None;
+                misfits = true;
+            }
+        }
+        if misfits {
+            solution = solve(&choice, &first.mean).or(solution);
+        }
+    }
+    match solution {
         Some(mut solution) => {
             let Solution {
                 mean, covariance, ..
@@ -239,6 +254,20 @@ fn solved(
         covariance: factor.inverse(),
         score,
     })
+}
+
+/// Whether a feature has kept its weight: one that was taken early, from far off, may not fit the rest.
+fn fits(
+    model: &Model<'_>,
+    feature: &Feature,
+    landmarks: &Landmarks,
+    choice: usize,
+    at: &Unknowns,
+) -> bool {
+    let view = model.view(at);
+    let seen = view.and_then(|view| model.predict(feature, landmarks, choice, &view));
+    seen.and_then(|seen| trust(&seen))
+        .is_some_and(|trust| trust >= LEAST_TRUST)
 }
 
 /// The weight of a feature: what no constant tells of its noise, its residual does.
