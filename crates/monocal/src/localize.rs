@@ -220,7 +220,8 @@ pub fn locate(
     };
     let features = model.features(observations);
     let landmarks = model.landmarks(plan, &start);
-    let readings = associate::readings(&model, &features, &landmarks, &start.parts(), params);
+    let parts = start.parts(landmarks.main_direction());
+    let readings = associate::readings(&model, &features, &landmarks, &parts, params);
     solve::fix(&model, &features, &landmarks, &start, &readings, params)
 }
 

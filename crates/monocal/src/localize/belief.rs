@@ -1,6 +1,6 @@
 //! Where the unknowns are thought to be, and what the prior says of them.
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{SMatrix, SVector, Vector2};
 
 use super::Prior;
 use super::model::Model;
@@ -25,29 +25,29 @@ const MOST_PARTS: i32 = 5;
 
 impl Belief {
     /// Narrower beliefs that together cover this one, where steps from its middle would be too long to be
-    /// linear: the middle first, then along the axis in which the position is most uncertain.
-    pub(super) fn parts(&self) -> Vec<Self> {
+    /// linear: the middle first, then to either side along a direction in the map, the walls': across it they
+    /// tell at once where the robot is, along it doors that look alike are.
+    pub(super) fn parts(&self, along: Option<Vector2<f64>>) -> Vec<Self> {
         let position = self.spread.fixed_view::<2, 2>(0, 0).into_owned();
-        let eigen = nalgebra::SymmetricEigen::new(position);
-        let widest = eigen.eigenvalues.imax();
-        let sigma = eigen.eigenvalues[widest].max(0.0).sqrt();
+        let along = along.unwrap_or_else(|| {
+            let eigen = nalgebra::SymmetricEigen::new(position);
+            eigen
+                .eigenvectors
+                .column(eigen.eigenvalues.imax())
+                .into_owned()
+        });
+        let sigma = along.dot(&(position * along)).max(0.0).sqrt();
         if sigma <= PART_SIGMA {
             return vec![self.clone()];
         }
-        let axis = eigen.eigenvectors.column(widest);
-        let mut direction = Unknowns::zeros();
-        direction.fixed_rows_mut::<2>(0).copy_from(&axis);
-        let less = sigma * sigma - PART_SIGMA * PART_SIGMA;
-        let narrow = self.spread - direction * direction.transpose() * less;
-        let spread = match nalgebra::Cholesky::new(narrow) {
-            Some(_) => narrow,
-            None => self.spread,
-        };
+        // a sigma along it takes the other unknowns with it as they are correlated
+        let with: Unknowns = self.spread.fixed_columns::<2>(0) * along / sigma;
+        let spread = self.spread - with * with.transpose() * (1.0 - (PART_SIGMA / sigma).powi(2));
         let reach = ((2.5 * sigma / (2.0 * PART_SIGMA)).ceil() as i32).min(MOST_PARTS);
         let mut shifts: Vec<i32> = (-reach..=reach).collect();
         shifts.sort_by_key(|shift| shift.abs());
         let parts = shifts.into_iter().map(|shift| Self {
-            mean: self.mean + direction * (2.0 * PART_SIGMA * f64::from(shift)),
+            mean: self.mean + with * (2.0 * PART_SIGMA * f64::from(shift) / sigma),
             spread,
         });
         parts.collect()

@@ -1,5 +1,6 @@
 //! What of a plan can be in view, and what its walls hide.
 
+use nalgebra::Vector2;
 use occgrid::Point2;
 
 use super::Match;
@@ -33,6 +34,21 @@ const BESIDE: f64 = 0.6;
 const ON_WALL: f64 = 0.05;
 /// Widths between two corners of a wall that may be a door's, rather than wall [m].
 const DOOR: [f64; 2] = [0.5, 1.3];
+
+impl Landmarks {
+    /// The direction in which most of the walls run, by length.
+    pub(super) fn main_direction(&self) -> Option<Vector2<f64>> {
+        // of lines: directions doubled, so that opposite ones add up and those at right angles do not
+        let double = self.walls.iter().map(|(_, [a, b])| {
+            let (dx, dy) = (b.x - a.x, b.y - a.y);
+            let length = dx.hypot(dy).max(1e-12);
+            Vector2::new(dx * dx - dy * dy, 2.0 * dx * dy) / length
+        });
+        let sum: Vector2<f64> = double.sum();
+        let angle = 0.5 * sum.y.atan2(sum.x);
+        (sum.norm() > 1e-9).then(|| Vector2::new(angle.cos(), angle.sin()))
+    }
+}
 
 impl Model<'_> {
     /// Walls and corners that can be in view from about the prior.
