@@ -29,6 +29,8 @@ pub struct DriveParams {
     pub patience: f64,
     /// How long it may be blocked, with no other way, before the goal is given up [s].
     pub blocked: f64,
+    /// So many other ways are tried without coming nearer to the goal, before it is given up.
+    pub detours: u32,
     /// How long the pose may be lost or uncertain before the goal is given up [s].
     pub lost: f64,
     /// Within this of the goal the robot has arrived [m].
@@ -58,6 +60,7 @@ impl DriveParams {
             avoid: AvoidParams::default(),
             patience: 3.0,
             blocked: 60.0,
+            detours: 8,
             lost: 40.0,
             arrived: 0.05,
             arrived_heading: 2.0_f64.to_radians(),
@@ -103,6 +106,10 @@ pub struct Drive {
     settling: Option<f64>,
     attempts: u32,
     sweep: u32,
+    /// The least way that was left to the goal so far [m].
+    nearest: f64,
+    /// Ways tried since.
+    detours: u32,
     /// Near the goal, and not sure where.
     searching: bool,
 }
@@ -111,6 +118,8 @@ pub struct Drive {
 const SETTLING: f64 = 0.7;
 /// Routes are looked for again at most this often [s].
 const REPLAN: f64 = 1.5;
+/// A robot that came nearer to its goal by this makes progress [m].
+const PROGRESS: f64 = 0.5;
 /// How far ahead on the route surprises count [m].
 const HORIZON: f64 = 2.5;
 /// Attempts at the last centimetres.
@@ -136,6 +145,8 @@ impl Drive {
             settling: None,
             attempts: 0,
             sweep: 0,
+            nearest: f64::INFINITY,
+            detours: 0,
             searching: false,
         }
     }
@@ -280,6 +291,15 @@ impl Drive {
         Action::done(Outcome::GaveUp(why))
     }
 
+    /// Ways that are tried are counted anew where the robot came nearer.
+    fn notice_progress(&mut self) {
+        let left = self.follower.as_ref().map_or(f64::INFINITY, Follower::left);
+        if left <= self.nearest - PROGRESS || self.nearest.is_infinite() {
+            self.nearest = left;
+            self.detours = 0;
+        }
+    }
+
     /// When the way is blocked: wait, look for another way, give up; in this order.
     fn blocked(&mut self, seen: &Observation<'_>) -> Option<Action> {
         let obstacle = matches!(
@@ -307,6 +327,11 @@ impl Drive {
         // what is new may be somebody who walks on: who moves towards people in a beam this narrow meets them
         let impatient = lasts >= self.params.patience;
         if impatient && seen.now - self.planned >= REPLAN {
+            self.detours += 1;
+            if self.detours > self.params.detours {
+                let why = "the way is blocked, and so are the others that were tried".to_owned();
+                return Some(Action::done(Outcome::GaveUp(why)));
+            }
             return Some(match self.plan(seen, "the way is blocked") {
                 Ok(event) => Action::stand("new route").saying(event),
                 Err(_) => Action::stand("no other way: waiting"),
@@ -366,7 +391,9 @@ impl Behaviour for Drive {
         }
         if self.lost.take().is_some() {
             self.follower = None;
+            self.nearest = f64::INFINITY;
         }
+        self.notice_progress();
         let off = |f: &Follower| f.off_route(seen.pose.map_from_base) > 0.3;
         if self.follower.as_ref().is_none_or(off) {
             let why = if self.follower.is_none() {
