@@ -220,11 +220,23 @@ fn corner(
     };
     Some(DoorCorner {
         pixel,
-        covariance: plane::crossing_covariance(&vertical, &floor, pixel)?,
+        covariance: shaded(
+            plane::crossing_covariance(&vertical, &floor, pixel)?,
+            plane.down(pixel),
+        ),
         confidence: CORNER_MOST * sure(edge_confidence.sqrt() * door.confidence * fits),
         edge: Some(edge),
         door_edge,
     })
+}
+
+/// One sigma of what shade in the corner between wall and floor shifts a corner by along its vertical, which no
+/// scatter along the lines shows [px].
+const SHADE_PX: f64 = 0.12;
+
+fn shaded(covariance: [[f64; 2]; 2], down: [f64; 2]) -> [[f64; 2]; 2] {
+    let added = |r: usize, c: usize| SHADE_PX * SHADE_PX * down[r] * down[c];
+    std::array::from_fn(|r| std::array::from_fn(|c| covariance[r][c] + added(r, c)))
 }
 
 /// How far a vertical may end above a floor edge, over [`FloorParams::corner_gap_px`].
