@@ -378,8 +378,7 @@ impl Behaviour for Drive {
             }
             return Action {
                 motion: Motion::Resume,
-                aim: 0.0,
-                say: None,
+                ..Action::stand("resuming")
             };
         }
         let p = &self.params;

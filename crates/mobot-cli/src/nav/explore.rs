@@ -123,7 +123,10 @@ impl Explore {
             hit_if_held: self.params.seen.refine.hit_if_held,
             ..RefineParams::default()
         };
-        refine(self.seen.shots(), &self.params.sonar, &plain, &params)
+        let grid = refine(self.seen.shots(), &self.params.sonar, &plain, &params)?;
+        let (frame, mut log_odds) = (*grid.frame(), grid.log_odds().to_vec());
+        self.seen.complete(&frame, &mut log_odds);
+        Ok(OccupancyGrid::from_log_odds(frame, log_odds)?.with_limits(grid.limits()))
     }
 
     /// A latched stop: lifted where that may be, else the end.
@@ -179,7 +182,9 @@ impl Explore {
             (None, None) => String::new(),
         };
         self.state = State::Hopping(Hop::new(way, self.params.hop));
-        Action::stand("next stop chosen").saying(Event::Note(said))
+        Action::stand("next stop chosen")
+            .saying(Event::Note(said))
+            .learning(self.seen.map())
     }
 
     /// A blocked way is looked at from where it ended; one that is blocked twice is not asked for again.

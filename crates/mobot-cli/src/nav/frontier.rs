@@ -43,7 +43,7 @@ impl Default for FrontierParams {
             far: 1.8,
             open: 1.0,
             least_area: 0.03,
-            room: 0.17,
+            room: 0.2,
             depth: 0.4,
             apart: 0.3,
             refused: 0.3,

@@ -1,7 +1,7 @@
 //! What a behaviour is told, and what it may wish.
 
 use mobot_hw::{BaseStatus, Bearings, Ping, Twist2};
-use occgrid::{OccupancyGrid, Point2, Pose2, Shot};
+use occgrid::{OccupancyGrid, OccupancyMap, Point2, Pose2, Shot};
 
 use super::{Event, Halt, Outcome, PoseEstimate, Surprises};
 
@@ -81,6 +81,9 @@ pub struct Action {
     pub aim: f64,
     /// For the log.
     pub say: Option<Event>,
+    /// The building as it is known from now on: what bears witness where the sonar is silent, and what its echoes
+    /// are compared with.
+    pub learnt: Option<Box<OccupancyMap>>,
 }
 
 /// What the wheels should do.
@@ -104,6 +107,7 @@ impl Action {
             motion: Motion::Stand(why),
             aim: 0.0,
             say: None,
+            learnt: None,
         }
     }
 
@@ -114,6 +118,7 @@ impl Action {
             motion: Motion::Drive(command),
             aim: 0.0,
             say: None,
+            learnt: None,
         }
     }
 
@@ -124,6 +129,7 @@ impl Action {
             motion: Motion::Done(outcome),
             aim: 0.0,
             say: None,
+            learnt: None,
         }
     }
 
@@ -131,6 +137,13 @@ impl Action {
     #[must_use]
     pub fn saying(mut self, event: Event) -> Self {
         self.say = Some(event);
+        self
+    }
+
+    /// The same, with a building that is known from now on.
+    #[must_use]
+    pub fn learning(mut self, map: OccupancyMap) -> Self {
+        self.learnt = Some(Box::new(map));
         self
     }
 

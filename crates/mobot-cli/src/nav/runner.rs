@@ -313,6 +313,9 @@ where
     fn act(&mut self, action: Action, log: &mut dyn RunLog) -> Option<Outcome> {
         let estimate = self.localizer.estimate();
         log.record(self.now, Entry::Pose(&estimate));
+        if let Some(map) = action.learnt {
+            self.known = Some(*map);
+        }
         let (wanted, why) = match action.motion {
             Motion::Drive(wanted) => (wanted, None),
             Motion::Stand(why) => (Twist2::default(), Some(StopCause::Wanted(why))),

@@ -11,6 +11,8 @@ use occgrid::{
 };
 use voronoi_plan::FreeSpace;
 
+use super::angle::wrap;
+
 /// How the map around a stop is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SeenParams {
@@ -23,6 +25,8 @@ pub struct SeenParams {
     pub reach: f64,
     /// The map is replaced no farther than this around a new stop [m], at most `window`.
     pub renewed: f64,
+    /// What is too close for the sonar to measure stands this far from it [m].
+    pub too_close: f64,
     /// The forward model of local maps.
     pub refine: RefineParams,
 }
@@ -34,6 +38,7 @@ impl Default for SeenParams {
             window: 3.0,
             reach: 3.5,
             renewed: 2.5,
+            too_close: 0.19,
             refine: RefineParams {
                 // a sonar that stands still for its shots holds no old values
                 hit_if_held: 1.0,
@@ -60,6 +65,8 @@ pub struct Seen {
     log_odds: Vec<f32>,
     /// Where the body has been.
     trodden: BitImage,
+    /// Surfaces that answered two stops: from foot to foot.
+    surfaces: Vec<[Point2; 2]>,
     /// Where it ran into something.
     bumped: Vec<Point2>,
     /// The main direction of the walls [rad], and how many stops there were when it was found.
@@ -88,6 +95,7 @@ impl Seen {
             frame,
             log_odds: vec![0.0],
             trodden: BitImage::new(1, 1),
+            surfaces: Vec::new(),
             bumped: Vec::new(),
             main: None,
         })
@@ -110,11 +118,12 @@ impl Seen {
         &self.frame
     }
 
-    /// The map so far, in percent.
+    /// The map so far, in percent: with the surfaces that two stops heard, and free where the body was.
     #[must_use]
     pub fn map(&self) -> OccupancyMap {
-        let grid = OccupancyGrid::from_log_odds(self.frame, self.log_odds.clone());
-        match grid {
+        let mut log_odds = self.log_odds.clone();
+        self.complete(&self.frame, &mut log_odds);
+        match OccupancyGrid::from_log_odds(self.frame, log_odds) {
             Ok(grid) => grid.to_occupancy_map(FREE_AT_MOST, OCCUPIED_AT_LEAST),
             // the values come from grids, which hold only finite ones
             Err(_) => OccupancyMap::new(
@@ -123,6 +132,29 @@ impl Seen {
                 FREE_AT_MOST,
                 OCCUPIED_AT_LEAST,
             ),
+        }
+    }
+
+    /// Puts what cells alone do not show into a map of the same places: the surfaces that two stops heard, and the
+    /// floor on which the body was.
+    pub fn complete(&self, frame: &MapFrame, log_odds: &mut [f32]) {
+        for &[a, b] in &self.surfaces {
+            let steps = (a.distance(b) / (0.4 * frame.resolution())).ceil().max(1.0);
+            for k in 0..=steps as u32 {
+                let t = f64::from(k) / steps;
+                let at = Point2::new(a.x + t * (b.x - a.x), a.y + t * (b.y - a.y));
+                if let Some(cell) = frame.cell_at(at) {
+                    log_odds[frame.index(cell)] = CERTAIN;
+                }
+            }
+        }
+        let cells = (0..self.frame.height())
+            .flat_map(|row| (0..self.frame.width()).map(move |col| Cell::new(col, row)));
+        for cell in cells.filter(|c| self.trodden.get(c.col as usize, c.row as usize)) {
+            if let Some(cell) = frame.cell_at(self.frame.center_of(cell)) {
+                let value = &mut log_odds[frame.index(cell)];
+                *value = value.min(-CERTAIN);
+            }
         }
     }
 
@@ -137,10 +169,8 @@ impl Seen {
     pub fn free_space(&self) -> FreeSpace {
         let (width, height) = (self.frame.width() as usize, self.frame.height() as usize);
         let most = free_log_odds();
-        let mut cells = BitImage::from_fn(width, height, |x, y| {
-            let value = self.log_odds[y * width + x];
-            value <= most || self.trodden.get(x, y)
-        });
+        let log_odds = self.completed();
+        let mut cells = BitImage::from_fn(width, height, |x, y| log_odds[y * width + x] <= most);
         for &place in &self.bumped {
             self.around(place, self.params.resolution, |x, y| cells.set(x, y, false));
         }
@@ -152,14 +182,18 @@ impl Seen {
     pub fn open_space(&self) -> FreeSpace {
         let (width, height) = (self.frame.width() as usize, self.frame.height() as usize);
         let least = occupied_log_odds();
-        let mut cells = BitImage::from_fn(width, height, |x, y| {
-            let value = self.log_odds[y * width + x];
-            value < least || self.trodden.get(x, y)
-        });
+        let log_odds = self.completed();
+        let mut cells = BitImage::from_fn(width, height, |x, y| log_odds[y * width + x] < least);
         for &place in &self.bumped {
             self.around(place, self.params.resolution, |x, y| cells.set(x, y, false));
         }
         FreeSpace::new(self.frame, cells)
+    }
+
+    fn completed(&self) -> Vec<f32> {
+        let mut log_odds = self.log_odds.clone();
+        self.complete(&self.frame, &mut log_odds);
+        log_odds
     }
 
     /// The body stood or drove here: what it covered is free.
@@ -185,6 +219,7 @@ impl Seen {
         self.shots.extend_from_slice(shots);
         let shots = first..self.shots.len();
         self.stops.push(Stop { at, shots });
+        self.find_surfaces();
         let near = |stop: &&Stop| stop.at.distance(at) <= self.params.window;
         let window: Vec<Shot> = self
             .stops
@@ -216,9 +251,46 @@ impl Seen {
             Reading::NoEcho { listened } => Reading::NoEcho {
                 listened: listened.min(reach),
             },
-            other => other,
+            Reading::TooClose => Reading::Echo {
+                range: self.params.too_close,
+            },
+            other @ (Reading::Echo { .. } | Reading::Fault) => other,
         };
         Shot { reading, ..*shot }
+    }
+
+    /// The surfaces that the newest stop and one before heard both.
+    fn find_surfaces(&mut self) {
+        let Some((newest, before)) = self.stops.split_last() else {
+            return;
+        };
+        let heard = |stop: &Stop| -> Vec<Heard> {
+            let shots = self.shots[stop.shots.clone()].iter();
+            shots.filter_map(|shot| self.heard(shot)).collect()
+        };
+        let here = heard(newest);
+        let near = |stop: &&Stop| stop.at.distance(newest.at) <= MOST_APART;
+        let there: Vec<Heard> = before.iter().filter(near).flat_map(heard).collect();
+        let found = here.iter().flat_map(|a| {
+            let pairs = there.iter();
+            pairs.filter_map(move |b| surface(a, b))
+        });
+        let found: Vec<[Point2; 2]> = found.collect();
+        self.surfaces.extend(found);
+    }
+
+    fn heard(&self, shot: &Shot) -> Option<Heard> {
+        let Reading::Echo { range } = self.believed(shot).reading else {
+            return None;
+        };
+        let at = shot
+            .map_from_base
+            .transform_from(self.model.mount.position());
+        (range <= SURFACE_REACH).then_some(Heard {
+            at,
+            direction: shot.map_from_base.theta + shot.bearing,
+            range,
+        })
     }
 
     /// Takes over a local map around a stop.
@@ -298,6 +370,64 @@ impl Seen {
         self.log_odds = log_odds;
         self.trodden = trodden;
     }
+}
+
+/// Log-odds of what is certain.
+const CERTAIN: f32 = 4.0;
+/// Stops that are farther apart than this hear different things [m].
+const MOST_APART: f64 = 0.8;
+/// Stops nearer than this hear the same thing twice [m].
+const LEAST_APART: f64 = 0.1;
+/// Echoes from farther may have come over a second wall [m].
+const SURFACE_REACH: f64 = 1.2;
+/// A surface answers square to within this of the beam's axis [rad].
+const SQUARE: f64 = 12.0 / 180.0 * std::f64::consts::PI;
+/// A point answers this far off the beam's axis [rad].
+const BEAM: f64 = 15.0 / 180.0 * std::f64::consts::PI;
+/// From foot to foot at most [m]: narrower than any way through which the body fits with room to spare.
+const FOOT_TO_FOOT: f64 = 0.55;
+
+/// An echo from a near surface.
+#[derive(Debug, Clone, Copy)]
+struct Heard {
+    at: Point2,
+    /// Of the beam's axis [rad].
+    direction: f64,
+    range: f64,
+}
+
+/// Where a surface answered both, from the foot of one perpendicular to that of the other. Each echo came from
+/// somewhere on its arc; a flat surface touches both arcs, square to both beams. `None` where there is none such, or
+/// the feet are so far apart that something else may be between them.
+fn surface(a: &Heard, b: &Heard) -> Option<[Point2; 2]> {
+    let apart = a.at.distance(b.at);
+    let nearer = a.range - b.range;
+    if !(LEAST_APART..=MOST_APART).contains(&apart) || nearer.abs() >= apart {
+        return None;
+    }
+    let (way, off) = (
+        (b.at.y - a.at.y).atan2(b.at.x - a.at.x),
+        (nearer / apart).acos(),
+    );
+    let square = |normal: &f64| {
+        wrap(normal - a.direction).abs() <= SQUARE && wrap(normal - b.direction).abs() <= SQUARE
+    };
+    let normal = [way + off, way - off].into_iter().find(square)?;
+    let (sin, cos) = normal.sin_cos();
+    let foot = |h: &Heard| Point2::new(h.at.x + h.range * cos, h.at.y + h.range * sin);
+    let feet = [foot(a), foot(b)];
+    let narrow = feet[0].distance(feet[1]) <= FOOT_TO_FOOT;
+    (narrow && !one_point(a, b, apart, way)).then_some(feet)
+}
+
+/// Whether a single point, as a corner or a door's edge, may have answered both.
+fn one_point(a: &Heard, b: &Heard, apart: f64, way: f64) -> bool {
+    let along = (apart * apart + a.range * a.range - b.range * b.range) / (2.0 * apart);
+    let across = (a.range * a.range - along * along).max(0.0).sqrt();
+    [across, -across].into_iter().any(|across| {
+        let off = |from: f64, h: &Heard| wrap(way + across.atan2(along - from) - h.direction);
+        off(0.0, a).abs() <= BEAM && off(apart, b).abs() <= BEAM
+    })
 }
 
 /// Log-odds up to which a cell is free in a finished map, which holds whole percents.
@@ -383,5 +513,60 @@ mod tests {
         }
         assert_eq!(seen.stops().len(), 1);
         assert_eq!(seen.shots().len(), 20);
+    }
+
+    #[test]
+    fn a_surface_at_any_angle_is_known_between_the_feet_of_two_echoes() {
+        // a table's edge at 15 degrees, 0.4 m to the left of two stops 0.45 m apart
+        let edge = 15.0_f64.to_radians();
+        let normal = edge + std::f64::consts::FRAC_PI_2;
+        let echo = |x: f64, y: f64, off: f64| {
+            let range = 0.4 + y * -normal.sin() - x * normal.cos();
+            Heard {
+                at: Point2::new(x, y),
+                direction: normal + off,
+                range,
+            }
+        };
+        let feet = surface(&echo(0.0, 0.0, 0.1), &echo(0.45, 0.05, -0.15)).expect("a surface");
+        for foot in feet {
+            let off = foot.x * normal.cos() + foot.y * normal.sin() - 0.4;
+            assert!(off.abs() < 1e-9, "{feet:?}");
+        }
+        let [a, b] = feet;
+        assert!(
+            ((b.y - a.y).atan2(b.x - a.x) - edge).abs() < 1e-6,
+            "{feet:?}"
+        );
+        // a corner that both hear is no surface
+        let corner = |x: f64| Heard {
+            at: Point2::new(x, 0.0),
+            direction: 0.9_f64.atan2(0.2 - x),
+            range: 0.9_f64.hypot(0.2 - x),
+        };
+        assert_eq!(surface(&corner(0.0), &corner(0.4)), None);
+        // askew to a beam, or a doorway apart, it is none
+        assert_eq!(surface(&echo(0.0, 0.0, 0.3), &echo(0.45, 0.05, 0.0)), None);
+        assert_eq!(surface(&echo(0.0, 0.0, 0.0), &echo(0.7, 0.0, 0.0)), None);
+    }
+
+    #[test]
+    fn what_is_too_close_to_measure_is_in_the_way() {
+        let mut seen = Seen::new(SonarModel::default(), SeenParams::default()).expect("a map");
+        let shot = |reading| Shot {
+            stamp: 0.0,
+            map_from_base: Pose2::default(),
+            bearing: 0.0,
+            reading,
+        };
+        let shots = [shot(Reading::TooClose)];
+        seen.survey(Point2::new(0.0, 0.0), &shots).expect("a map");
+        let state = |x: f64| {
+            seen.map()
+                .frame()
+                .cell_at(Point2::new(x, 0.0))
+                .map(|c| seen.map().state(c))
+        };
+        assert_ne!(state(0.19), Some(occgrid::CellState::Free));
     }
 }
