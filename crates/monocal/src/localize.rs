@@ -14,6 +14,7 @@ mod feature;
 mod landmarks;
 mod model;
 mod solve;
+mod update;
 mod view;
 
 use occgrid::Pose2;

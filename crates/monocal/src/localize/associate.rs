@@ -1,12 +1,11 @@
 //! Which feature is which landmark: depth-first over joint readings of the frame, weighed by probability.
 
-use nalgebra::{Matrix2, SMatrix, Vector2};
-
 use super::LocateParams;
-use super::belief::{Belief, UNKNOWNS, Unknowns};
+use super::belief::{Belief, Unknowns};
 use super::feature::{Feature, Kind};
 use super::landmarks::Landmarks;
 use super::model::{Model, Prediction};
+use super::update::Update;
 use super::view::View;
 
 /// A reading of the frame: of each feature, which landmark it is, if any.
@@ -321,43 +320,4 @@ fn joint_gate(degrees: usize) -> f64 {
 /// an uncertain prior.
 fn wide_gate(seen: &Prediction, start: &Belief) -> bool {
     Update::new(seen, start, &start.mean).is_some_and(|update| update.distance <= FAR * GATE)
-}
-
-/// What taking a feature for a landmark does to the belief.
-struct Update {
-    gain: SMatrix<f64, UNKNOWNS, 2>,
-    innovation: Vector2<f64>,
-    covariance: Matrix2<f64>,
-    distance: f64,
-    log_density: f64,
-}
-
-impl Update {
-    /// From a prediction at some value of the unknowns.
-    fn new(seen: &Prediction, belief: &Belief, at: &Unknowns) -> Option<Self> {
-        let cross = belief.spread * seen.rows.transpose();
-        let covariance = seen.rows * cross + seen.noise;
-        let inverse = covariance.try_inverse()?;
-        let residual = seen.residual + seen.rows * (belief.mean - at);
-        let distance = residual.dot(&(inverse * residual));
-        let determinant = covariance.determinant();
-        (determinant > 0.0 && distance.is_finite()).then(|| Self {
-            gain: cross * inverse,
-            innovation: -residual,
-            covariance,
-            distance,
-            log_density: -0.5 * distance - (std::f64::consts::TAU * determinant.sqrt()).ln(),
-        })
-    }
-
-    fn moved(&self, belief: &Belief) -> Unknowns {
-        belief.mean + self.gain * self.innovation
-    }
-
-    fn applied(&self, belief: &Belief) -> Belief {
-        Belief {
-            mean: self.moved(belief),
-            spread: belief.spread - self.gain * self.covariance * self.gain.transpose(),
-        }
-    }
 }
