@@ -15,6 +15,8 @@ pub enum Cue {
     Camera,
     /// A range to a wall of the floor plan.
     Sonar,
+    /// All that the sonar heard round about, against the map.
+    Sweep,
 }
 
 /// What came of a correction.
@@ -51,17 +53,29 @@ impl PoseFilter {
     /// pose becomes the fix's, and what is believed of the wheels follows. `weight`, above 0 and at most 1, is the
     /// share of the frame's information that is new: frames from one place share their systematic errors.
     pub fn correct(&mut self, stamp: f64, fix: &PoseFix, weight: f64) -> Correction {
+        self.correct_to(Cue::Camera, stamp, fix.pose, fix.covariance, weight)
+    }
+
+    /// The same for any pose and covariance that a measurement made of [`Self::prior_at`] that time.
+    pub fn correct_to(
+        &mut self,
+        cue: Cue,
+        stamp: f64,
+        pose: Pose2,
+        covariance: [[f64; 3]; 3],
+        weight: f64,
+    ) -> Correction {
         let back = self.back_to(stamp);
         let (state, spread) = self.carried(back);
         let before = block(&spread);
-        let after = Matrix3::from_fn(|i, j| fix.covariance[i][j]);
+        let after = Matrix3::from_fn(|i, j| covariance[i][j]);
         let off = Vector3::new(
-            fix.pose.x - state[0],
-            fix.pose.y - state[1],
-            wrap(fix.pose.theta - state[2]),
+            pose.x - state[0],
+            pose.y - state[1],
+            wrap(pose.theta - state[2]),
         );
         let mut correction = Correction {
-            cue: Cue::Camera,
+            cue,
             nis: 0.0,
             freedom: 0,
             accepted: false,

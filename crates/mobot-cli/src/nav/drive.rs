@@ -1,6 +1,6 @@
 //! To a goal on a map: plan, follow, wait, go round, arrive.
 
-use mobot_hw::Twist2;
+use mobot_hw::{Bearings, Twist2};
 use occgrid::{OccupancyMap, Point2, Pose2};
 use voronoi_plan::{
     ClearanceField, FreeSpace, GraphParams, Plan, Planner, Prune, Route, VoronoiGraph,
@@ -217,7 +217,7 @@ impl Drive {
         let phase = lasts % 3.0;
         if phase < 2.0 {
             self.sweep += 1;
-            let bearing = wrap(f64::from(self.sweep % 20) * 18.0_f64.to_radians());
+            let bearing = direction(seen.bearings, self.sweep);
             return Action::stand("looking for the pose").aiming(bearing);
         }
         Action::drive(Twist2::new(0.0, 0.8))
@@ -410,6 +410,15 @@ impl Behaviour for Drive {
         }
         self.follow(seen)
     }
+}
+
+/// The next direction of a look round with a sonar of this reach: 18 degrees from the one before, as the
+/// paper's shots are.
+fn direction(reach: Bearings, index: u32) -> f64 {
+    let step = 18.0_f64.to_radians();
+    let most = (std::f64::consts::TAU - step).min(reach.to - reach.from);
+    let shots = (most / step).floor() as u32 + 1;
+    reach.from + f64::from(index % shots) * step
 }
 
 /// A planner that keeps a distance.

@@ -6,19 +6,25 @@
 
 use mobot_hw::{BaseStatus, CameraFrame};
 use monocal::{FixStatus, FloorPlan, PoseFix, Prior};
-use occgrid::{Pose2, Reading};
+use occgrid::{OccupancyMap, Pose2, Reading, SonarModel};
 
 use super::angle::wrap;
 use super::echo::wall_echo;
 use super::sight::Sight;
 use super::swath::SwathMap;
-use super::{Entry, Mover, PoseEstimate, PoseFilter, RunLog, Sounding};
+use super::sweep::Sweep;
+use super::{
+    Confidence, Cue, Entry, Mover, PoseEstimate, PoseFilter, RunLog, Sounding, SweepMatcher,
+    SweepParams, SweepStatus,
+};
 
 /// How the pose is corrected.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LocalizerParams {
-    /// Pose of the sonar's axle in the base frame.
-    pub base_from_sonar: Pose2,
+    /// The sonar: its beam, and where it sits.
+    pub sonar: SonarModel,
+    /// How a sweep of it is matched with the map.
+    pub sweep: SweepParams,
     /// How far echoes of walls are trusted [m]; 0 for never.
     pub echo_reach: f64,
     /// One sigma of a range and of a wall of the plan together [m], above 0.
@@ -39,7 +45,8 @@ pub struct LocalizerParams {
 impl Default for LocalizerParams {
     fn default() -> Self {
         Self {
-            base_from_sonar: Pose2::new(0.0, 0.0, 0.0),
+            sonar: SonarModel::default(),
+            sweep: SweepParams::default(),
             echo_reach: 4.5,
             echo_sigma: 0.02,
             frame_age: 0.2,
@@ -96,6 +103,11 @@ impl News {
     }
 }
 
+/// Below this sigma of the position a sweep has nothing to add [m].
+const WELL_KNOWN: f64 = 0.05;
+/// Two sweeps say the same place within this [m], [rad].
+const AGREED: [f64; 2] = [0.15, 0.1];
+
 /// Knows where the robot is, as far as that can be known.
 #[derive(Debug)]
 pub struct Localizer {
@@ -113,6 +125,10 @@ pub struct Localizer {
     candidate: Option<Pose2>,
     /// Frames in a row that fit where the lost pose was thought to be.
     agreed: u32,
+    /// What was heard since the robot last drove on.
+    sweep: Sweep,
+    /// Where the last sweep of a robot that is lost puts the odometry's frame.
+    swept: Option<Pose2>,
     last_bytes: Vec<u8>,
 }
 
@@ -135,6 +151,8 @@ impl Localizer {
             news: [News { last: None }; 2],
             candidate: None,
             agreed: 0,
+            sweep: Sweep::default(),
+            swept: None,
             last_bytes: Vec::new(),
         }
     }
@@ -175,7 +193,7 @@ impl Localizer {
         let echo = wall_echo(
             &self.plan.walls,
             then,
-            p.base_from_sonar,
+            p.sonar.mount,
             ping.bearing,
             p.echo_reach,
         );
@@ -201,6 +219,60 @@ impl Localizer {
             .correct_range(range, echo.range, echo.gradient, sigma);
         log.record(ping.stamp, Entry::Correction(&correction));
         self.judge(1, correction.accepted, REFUSED[1]);
+    }
+
+    /// Takes a firing towards a sweep; one that is whole is matched with the map while the robot stands.
+    pub fn look_round(
+        &mut self,
+        sounding: &Sounding,
+        standing: bool,
+        map: &OccupancyMap,
+        log: &mut dyn RunLog,
+    ) {
+        self.sweep.take(sounding);
+        let estimate = self.filter.estimate();
+        let unsure = self.filter.is_lost() || estimate.confidence != Confidence::Tracking;
+        if !standing || !unsure && estimate.position_sigma() < WELL_KNOWN {
+            return;
+        }
+        let Some(sweep) = self.sweep.whole() else {
+            return;
+        };
+        let stamp = sounding.ping.stamp;
+        let lost = self.filter.is_lost();
+        let prior = if lost {
+            self.wide_prior(stamp)
+        } else {
+            self.filter.prior_at(stamp)
+        };
+        let p = &self.params;
+        let spread = prior.covariance[0][0].max(prior.covariance[1][1]).sqrt();
+        let reach = p.sweep.reach + 3.0 * spread + 0.5;
+        let matcher = SweepMatcher::new(map, prior.pose.position(), reach, p.sweep);
+        let fix = matcher.fix(&p.sonar, &sweep, &prior);
+        if fix.status != SweepStatus::Found {
+            return;
+        }
+        let odom = self.filter.odom_from_base_at(stamp);
+        if !lost {
+            let (pose, covariance) = (fix.map_from_base, fix.covariance);
+            let correction = self
+                .filter
+                .correct_to(Cue::Sweep, stamp, pose, covariance, 1.0);
+            log.record(stamp, Entry::Correction(&correction));
+            return;
+        }
+        // one sweep may be explained elsewhere, too; two from different headings hardly at the same place
+        let map_from_odom = fix.map_from_base.compose(odom.inverse());
+        let again = self.swept.replace(map_from_odom).is_some_and(|before| {
+            let there = before.compose(odom);
+            there.position().distance(fix.map_from_base.position()) < AGREED[0]
+                && wrap(there.theta - fix.map_from_base.theta).abs() < AGREED[1]
+        });
+        if again {
+            self.filter.place(stamp, fix.map_from_base, fix.covariance);
+            self.found();
+        }
     }
 
     /// Takes a frame; `newest` is the time of the base's last word [s]. Gives what moves.
@@ -329,6 +401,7 @@ impl Localizer {
 
     fn found(&mut self) {
         self.filter.set_lost(false);
+        self.swept = None;
         self.contradicted = [Streak::default(); 2];
         self.candidate = None;
         self.agreed = 0;

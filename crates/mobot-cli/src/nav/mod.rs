@@ -30,6 +30,8 @@ mod sight;
 mod sim_eye;
 mod survey;
 mod swath;
+mod sweep;
+mod sweep_match;
 mod wall_follow;
 
 pub use avoid::{AvoidParams, Surprises, Thing};
@@ -55,4 +57,5 @@ pub use sight::Sight;
 pub use sim_eye::calibrated;
 pub use survey::{Survey, SurveyParams};
 pub use swath::{Swath, SwathMap, swath};
+pub use sweep_match::{SweepFix, SweepMatcher, SweepParams, SweepStatus};
 pub use wall_follow::{Along, Hand, WallFollowParams, along_the_wall};

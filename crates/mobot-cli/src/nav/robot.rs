@@ -67,7 +67,7 @@ impl RunnerParams {
         };
         params.safety.radius = radius;
         params.safety.sonar_ahead = sonar.mount.x;
-        params.localizer.base_from_sonar = sonar.mount;
+        params.localizer.sonar = sonar;
         params.localizer.echo_reach = 0.9 * sonar.max_range;
         params.avoid.base_from_sonar = sonar.mount;
         params

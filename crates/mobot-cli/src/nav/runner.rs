@@ -152,6 +152,10 @@ where
         let sounding = ping.map(|ping| self.place(ping));
         if let Some(sounding) = &sounding {
             self.localizer.hear(sounding, log);
+            let standing = self.stands();
+            if let Some(map) = &self.known {
+                self.localizer.look_round(sounding, standing, map, log);
+            }
             self.take(sounding, log);
         }
         self.notice_confidence(log);

@@ -11,6 +11,7 @@ mod locate;
 mod nav;
 mod nav_command;
 mod nav_drive;
+mod nav_sweep;
 mod nav_trouble;
 mod nav_worlds;
 mod report;

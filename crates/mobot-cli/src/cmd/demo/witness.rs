@@ -162,10 +162,10 @@ impl<L: RunLog> RunLog for Witness<'_, L> {
                 self.frames.push((time, frame.image.clone()));
             }
             Entry::Correction(correction) => {
-                let cue = if correction.cue == Cue::Sonar {
-                    "sonar"
-                } else {
-                    "camera"
+                let cue = match correction.cue {
+                    Cue::Camera => "camera",
+                    Cue::Sonar => "sonar",
+                    Cue::Sweep => "sweep",
                 };
                 let [taken, refused] = self.corrections.entry(cue).or_default();
                 *(if correction.accepted { taken } else { refused }) += 1;
