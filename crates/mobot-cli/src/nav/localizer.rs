@@ -105,6 +105,8 @@ impl News {
 
 /// Below this sigma of the position a sweep has nothing to add [m].
 const WELL_KNOWN: f64 = 0.05;
+/// So many echoes add to a pose that is about known.
+const FEW: usize = 3;
 /// Two sweeps say the same place within this [m], [rad].
 const AGREED: [f64; 2] = [0.15, 0.1];
 
@@ -120,7 +122,7 @@ pub struct Localizer {
     /// Share of what fitted, lately.
     record: [f64; 2],
     /// Since the last correction of each.
-    news: [News; 2],
+    news: [News; 3],
     /// The last frame's place while the pose is lost.
     candidate: Option<Pose2>,
     /// Frames in a row that fit where the lost pose was thought to be.
@@ -148,7 +150,7 @@ impl Localizer {
             plan,
             contradicted: [Streak::default(); 2],
             record: [0.0; 2],
-            news: [News { last: None }; 2],
+            news: [News { last: None }; 3],
             candidate: None,
             agreed: 0,
             sweep: Sweep::default(),
@@ -246,19 +248,29 @@ impl Localizer {
             self.filter.prior_at(stamp)
         };
         let p = &self.params;
+        let echoes = if lost {
+            p.sweep.echoes
+        } else {
+            p.sweep.echoes.min(FEW)
+        };
+        let matching = SweepParams { echoes, ..p.sweep };
         let spread = prior.covariance[0][0].max(prior.covariance[1][1]).sqrt();
         let reach = p.sweep.reach + 3.0 * spread + 0.5;
-        let matcher = SweepMatcher::new(map, prior.pose.position(), reach, p.sweep);
+        let matcher = SweepMatcher::new(map, prior.pose.position(), reach, matching);
         let fix = matcher.fix(&p.sonar, &sweep, &prior);
         if fix.status != SweepStatus::Found {
             return;
         }
         let odom = self.filter.odom_from_base_at(stamp);
         if !lost {
+            let weight = self.news[2].weight(odom);
+            if weight < LEAST_NEWS {
+                return;
+            }
             let (pose, covariance) = (fix.map_from_base, fix.covariance);
             let correction = self
                 .filter
-                .correct_to(Cue::Sweep, stamp, pose, covariance, 1.0);
+                .correct_to(Cue::Sweep, stamp, pose, covariance, weight);
             log.record(stamp, Entry::Correction(&correction));
             return;
         }

@@ -25,6 +25,8 @@ pub struct SweepParams {
     pub worth: f64,
     /// Echoes that must be explained for a pose to count, 0 to 1.
     pub explained: f64,
+    /// Fewer echoes say nothing.
+    pub echoes: usize,
     /// Echoes from farther away are left out [m]: their arcs are as wide as a room.
     pub reach: f64,
     /// A rival this many times less likely is none; above 1.
@@ -38,6 +40,7 @@ impl Default for SweepParams {
             unexplained: 0.15,
             worth: 1.0,
             explained: 0.7,
+            echoes: 6,
             reach: 4.5,
             rival: 20.0,
         }
@@ -68,8 +71,6 @@ pub struct SweepFix {
     pub explained: f64,
 }
 
-/// Fewer echoes say nothing.
-const LEAST_ECHOES: usize = 6;
 /// Poses are tried up to this many sigmas of the prior from it.
 const SIGMAS: f64 = 3.0;
 /// Steps of the coarse search [m], [rad]; its sigma is as wide.
@@ -129,7 +130,8 @@ impl SweepMatcher {
             explained: 0.0,
         };
         let arcs = self.arcs(sonar, sweep);
-        let Some(belief) = Belief::of(prior).filter(|_| arcs.len() >= LEAST_ECHOES) else {
+        let Some(belief) = Belief::of(prior).filter(|_| arcs.len() >= self.params.echoes.max(1))
+        else {
             return nothing;
         };
         let coarse = self.coarse(&arcs, &belief);

@@ -54,13 +54,10 @@ fn mean(values: &[f64]) -> f64 {
 fn table(name: &str, site: &Site, seeds: u64) -> [f64; 3] {
     let (mut reached, mut collisions) = (0, 0);
     let (mut errors, mut odometry, mut nees) = (Vec::new(), Vec::new(), Vec::new());
+    let mut in_view = Vec::new();
     let (mut driven, mut time, mut clearance) = (0.0, 0.0, f64::INFINITY);
     let began = std::time::Instant::now();
-    for seed in std::env::var("FIRST")
-        .ok()
-        .and_then(|s| s.parse().ok())
-        .unwrap_or(0)..seeds
-    {
+    for seed in 0..seeds {
         let (ended, score) = mission(site, true, seed);
         let there = ended.outcome == Outcome::Done
             && ended.off <= 0.10
@@ -78,6 +75,7 @@ fn table(name: &str, site: &Site, seeds: u64) -> [f64; 3] {
             }
         }
         errors.extend(&score.errors);
+        in_view.extend(&score.errors_in_view);
         odometry.push(score.odometry_errors.iter().copied().fold(0.0, f64::max));
         nees.push(mean(&score.nees));
         driven += ended.driven;
@@ -88,10 +86,13 @@ fn table(name: &str, site: &Site, seeds: u64) -> [f64; 3] {
     let average = mean(&errors);
     let most = errors.iter().copied().fold(0.0, f64::max);
     eprintln!(
-        "{name:8} reached {share:.0} % of {seeds}, contacts {collisions}, least room {clearance:.3} m; pose mean {:.1} cm, 95 % {:.1}, max {:.1}; odometry alone max {:.0} cm; mean NEES {:.2}; {driven:.0} m in {time:.0} s, {:.0} s of wall time",
+        "{name:8} reached {share:.0} % of {seeds}, contacts {collisions}, least room {clearance:.3} m; pose mean {:.1} cm, 95 % {:.1}, max {:.1}; with features in view {:.1}, {:.1}, {:.1}; odometry alone max {:.0} cm; mean NEES {:.2}; {driven:.0} m in {time:.0} s, {:.0} s of wall time",
         average * 100.0,
         quantile(&mut errors, 0.95) * 100.0,
         most * 100.0,
+        mean(&in_view) * 100.0,
+        quantile(&mut in_view, 0.95) * 100.0,
+        quantile(&mut in_view, 1.0) * 100.0,
         odometry.iter().copied().fold(0.0, f64::max) * 100.0,
         mean(&nees),
         began.elapsed().as_secs_f64()

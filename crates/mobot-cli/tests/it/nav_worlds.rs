@@ -18,6 +18,8 @@ use rand_pcg::Pcg64;
 
 /// Side of a cell of the true maps [m].
 const CELL: f64 = 0.05;
+/// Features are in view where a frame corrected the pose so lately [s].
+const IN_VIEW: f64 = 2.0;
 /// Height of the body [m].
 const BODY: f64 = 1.2;
 
@@ -146,8 +148,12 @@ pub(crate) struct Score {
     pub(crate) heading_errors: Vec<f64>,
     pub(crate) odometry_errors: Vec<f64>,
     pub(crate) nees: Vec<f64>,
-    pub(crate) corrections: [u32; 2],
-    pub(crate) refused: [u32; 2],
+    /// By camera, echoes and sweeps.
+    pub(crate) corrections: [u32; 3],
+    pub(crate) refused: [u32; 3],
+    /// Position errors [m] within 2 s of a frame that corrected the pose.
+    pub(crate) errors_in_view: Vec<f64>,
+    in_view: f64,
     /// Commands, for comparing runs.
     pub(crate) commands: Vec<(f64, Twist2)>,
 }
@@ -161,13 +167,15 @@ impl Score {
             heading_errors: Vec::new(),
             odometry_errors: Vec::new(),
             nees: Vec::new(),
-            corrections: [0; 2],
-            refused: [0; 2],
+            corrections: [0; 3],
+            refused: [0; 3],
+            errors_in_view: Vec::new(),
+            in_view: f64::NEG_INFINITY,
             commands: Vec::new(),
         }
     }
 
-    fn pose(&mut self, estimate: &PoseEstimate) {
+    fn pose(&mut self, time: f64, estimate: &PoseEstimate) {
         let truth = self.simulation.truth();
         let at = estimate.map_from_base;
         let off = Vector3::new(
@@ -175,7 +183,11 @@ impl Score {
             at.y - truth.map_from_base.y,
             wrapped(at.theta - truth.map_from_base.theta),
         );
-        self.errors.push(off.x.hypot(off.y));
+        let error = off.x.hypot(off.y);
+        self.errors.push(error);
+        if time - self.in_view <= IN_VIEW {
+            self.errors_in_view.push(error);
+        }
         self.heading_errors.push(off.z.abs());
         let covariance = Matrix3::from_fn(|i, j| estimate.covariance[i][j]);
         if let Some(inverse) = covariance.try_inverse() {
@@ -192,7 +204,7 @@ impl RunLog for Score {
     fn record(&mut self, time: f64, entry: Entry<'_>) {
         match entry {
             Entry::Event(event) => self.events.push((time, event.clone())),
-            Entry::Pose(estimate) => self.pose(estimate),
+            Entry::Pose(estimate) => self.pose(time, estimate),
             Entry::Odometry(pose) => {
                 let truth = self.simulation.truth().map_from_base;
                 let off = pose.position().distance(truth.position());
@@ -200,7 +212,14 @@ impl RunLog for Score {
             }
             Entry::Command(command) => self.commands.push((time, command)),
             Entry::Correction(correction) => {
-                let kind = usize::from(correction.cue == Cue::Sonar);
+                let kind = match correction.cue {
+                    Cue::Camera => 0,
+                    Cue::Sonar => 1,
+                    Cue::Sweep => 2,
+                };
+                if kind == 0 && correction.accepted {
+                    self.in_view = time;
+                }
                 self.corrections[kind] += u32::from(correction.accepted);
                 self.refused[kind] += u32::from(!correction.accepted);
             }
@@ -239,7 +258,8 @@ pub(crate) fn runner(
     let eye = camera.then(|| calibrated(&params.camera).expect("a camera"));
     let sight = eye.map(|eye| {
         let params = LocateParams {
-            plan_sigma: 0.01,
+            // it is true
+            plan_sigma: 0.003,
             ..LocateParams::default()
         };
         Sight::new(eye, site.plan.clone(), params).expect("a mounting")
