@@ -380,6 +380,9 @@ pub struct Walker {
     pub start: f64,
     /// Brightness of trousers and shirt, 0 to 1.
     pub brightness: [f64; 2],
+    /// Stands while the robot is before the person and nearer than this [m, body to body], and turns back after
+    /// three seconds; 0, the default, walks on as if no robot were there.
+    pub keeps: f64,
 }
 
 impl Default for Walker {
@@ -389,6 +392,7 @@ impl Default for Walker {
             speed: 1.0,
             start: 0.0,
             brightness: [0.15, 0.6],
+            keeps: 0.0,
         }
     }
 }

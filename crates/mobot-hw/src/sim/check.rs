@@ -178,6 +178,9 @@ pub(crate) fn walker(walker: &Walker, place: &str) -> Result<(), WorldError> {
     within(walker.speed, 0.0..=100.0, "0 to 100 m/s", || {
         format!("{place}.speed")
     })?;
+    within(walker.keeps, 0.0..=100.0, "0 to 100 m", || {
+        format!("{place}.keeps")
+    })?;
     for value in walker.brightness {
         within(value, 0.0..=1.0, "0 to 1", || format!("{place}.brightness"))?;
     }

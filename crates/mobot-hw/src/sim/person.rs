@@ -51,6 +51,37 @@ fn place(walker: &Walker, time: f64) -> (Point2, Point2, f64) {
     (position, heading, walked)
 }
 
+/// Patience of somebody whom the robot stands in the way of [s].
+const PATIENCE: f64 = 3.0;
+
+/// Has a walker who keeps a distance mind the robot, a disc at `robot`, for a step that ends at `time`; `waited` is
+/// how long the walker stood so far [s].
+pub(crate) fn mind(
+    walker: &mut Walker,
+    waited: &mut f64,
+    [time, step]: [f64; 2],
+    (robot, radius): (Point2, f64),
+) {
+    if walker.keeps <= 0.0 {
+        return;
+    }
+    let (at, heading, walked) = place(walker, time);
+    let (x, y) = (robot.x - at.x, robot.y - at.y);
+    let near = length(x, y) - radius - RADIUS < walker.keeps;
+    if !near || x * heading.x + y * heading.y <= 0.0 {
+        *waited = 0.0;
+        return;
+    }
+    *waited += step;
+    if *waited < PATIENCE {
+        walker.start -= walker.speed * step;
+    } else {
+        // the same place on the way back
+        *waited = 0.0;
+        walker.start -= 2.0 * walked;
+    }
+}
+
 /// Two legs in step, a body and a head.
 pub(crate) fn body(walker: &Walker, time: f64) -> [Solid; 4] {
     let (at, heading, walked) = place(walker, time);

@@ -9,6 +9,7 @@ use thiserror::Error;
 use super::base::{Base, BaseParams};
 use super::camera::{Look, Renderer};
 use super::lens::{CameraModel, CameraModelError};
+use super::person;
 use super::sonar::{Sonar, SonarParams};
 use super::world::World;
 use crate::dice::Dice;
@@ -162,7 +163,10 @@ fn check(params: &RobotParams) -> Result<(), SimulationError> {
 
 #[derive(Debug)]
 pub(crate) struct State {
+    /// Its walkers are late by as long as they stood.
     pub(crate) world: World,
+    /// How long each walker has stood [s].
+    waited: Vec<f64>,
     pub(crate) params: RobotParams,
     pub(crate) time: f64,
     pub(crate) base: Base,
@@ -189,6 +193,10 @@ impl State {
             } else {
                 self.time + step
             };
+            let robot = (self.base.map_from_base.position(), self.params.base.radius);
+            for (walker, waited) in self.world.walkers.iter_mut().zip(&mut self.waited) {
+                person::mind(walker, waited, [next, step], robot);
+            }
             self.base.step(&self.world, next, step);
             self.turn_pan(step);
             self.time = next;
@@ -272,6 +280,7 @@ impl Simulation {
                 sonar: Sonar::new(params.sonar),
                 sonar_dice: Dice::new(dice.next()),
                 seed: dice.next(),
+                waited: vec![0.0; world.walkers.len()],
                 world,
                 params,
                 time: 0.0,

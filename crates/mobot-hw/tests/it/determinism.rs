@@ -66,7 +66,7 @@ fn the_same_bytes_on_every_build() {
     ];
     let expected = [
         0x962c_d7bc_3f56_0fb0_u64,
-        0x30b5_6915_1b19_5acb,
+        0xd1ac_2f97_96ba_184f,
         0x43b1_ff20_88bf_97d8,
     ];
     assert_eq!(found, expected, "{found:#018x?}");

@@ -1,7 +1,10 @@
 //! World files: what is refused, and how; worlds from maps.
 
-use mobot_hw::sim::{Building, CameraModel, Look, Renderer, World, WorldError};
-use occgrid::{Cell, CellState, MapFrame, OccupancyMap, Point2, Pose2};
+use mobot_hw::RangeFinder as _;
+use mobot_hw::sim::{
+    Building, CameraModel, Look, Renderer, RobotParams, Simulation, World, WorldError,
+};
+use occgrid::{Cell, CellState, MapFrame, OccupancyMap, Point2, Pose2, Reading};
 use proptest::prelude::*;
 
 use crate::files::{HALL, OFFICE, SKETCH};
@@ -197,4 +200,31 @@ fn people_walk_to_and_fro() {
         assert!(off(person.position, place) < 1e-12, "{time}: {person:?}");
         assert!(off(person.velocity, velocity) < 1e-12, "{time}: {person:?}");
     }
+}
+
+/// Ways of a simulated person towards a robot that stands in the way.
+#[test]
+fn people_who_keep_a_distance_stand_and_turn_back() {
+    let met = |keeps: &str| {
+        let text = format!(
+            "start = [2.0, 0.0, 3.1]\n[[people]]\nway = [[0, 0], [4, 0]]\nspeed = 1.0\n{keeps}\n"
+        );
+        let world = World::from_toml(&text).expect("a world");
+        let robot = Simulation::new(world, RobotParams::default(), 1).expect("a robot");
+        let mut sonar = robot.sonar();
+        let mut nearest = f64::INFINITY;
+        let mut last = f64::INFINITY;
+        for _ in 0..240 {
+            if let Reading::Echo { range } = sonar.ping(0.0).expect("a reading").reading {
+                nearest = nearest.min(range);
+                last = range;
+            }
+        }
+        (nearest, last, robot.truth().least_clearance)
+    };
+    let (nearest, last, room) = met("keeps = 0.6");
+    // body to body, seen from the axle
+    assert!((0.7..0.9).contains(&nearest), "{nearest}");
+    assert!(last > 1.0 && room > 0.45, "{last} {room}");
+    assert!(met("").2 < 0.01);
 }
