@@ -15,7 +15,7 @@ use crate::args::DriveArgs;
 use crate::interrupt::Interrupt;
 use crate::nav::{
     Devices, Drive, DriveParams, Entry, Event, Goal, Outcome, RunLog, Runner, RunnerParams, Sight,
-    StopCause, Trouble,
+    StopCause, Trouble, wrap,
 };
 use crate::output::{self, Output, write_whole};
 use crate::run_log::{LogParams, LogWriter, MissionLog, Recipe, SonarFrame};
@@ -244,7 +244,7 @@ where
             collisions: truth.map_or(tally.bumps, |t| t.collisions),
             min_clearance_m: truth.map(|t| t.least_clearance),
             distance_m: truth.map_or(tally.driven, |t| t.driven),
-            pose: [pose.x, pose.y, pose.theta],
+            pose: [pose.x, pose.y, wrap(pose.theta)],
             goal: [job.goal.place.x, job.goal.place.y],
         },
         localization: tally.localization(),

@@ -34,6 +34,7 @@ mod sweep;
 mod sweep_match;
 mod wall_follow;
 
+pub(crate) use angle::wrap;
 pub use avoid::{AvoidParams, Surprises, Thing};
 pub use correct::{Correction, Cue};
 pub use drive::{Drive, DriveParams, Goal};

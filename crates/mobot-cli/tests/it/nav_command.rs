@@ -14,7 +14,8 @@ fn drive(map: &Path, out: &Path, more: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_mobot"));
     command
         .args(["drive", "--json", "--camera", "sim:", "--world", "office"])
-        .args(["--start", "1.5,0,0"])
+        // a turn more is the same heading
+        .args(["--start", "1.5,0,6.283185307179586"])
         .arg("--map")
         .arg(map)
         .arg("--out")
@@ -74,6 +75,7 @@ fn a_goal_that_cannot_be_reached_is_a_no_with_its_reason() {
     assert_eq!(answer.status.code(), Some(1));
     let answer: Value = serde_json::from_slice(&answer.stdout).expect("one JSON object");
     assert_eq!(answer["outcome"], "outside");
+    assert!(answer["drive"]["pose"][2].as_f64() < Some(0.01), "{answer}");
     for bad in [
         ["--to", "1"],
         ["--to", "1,nan"],
