@@ -109,7 +109,14 @@ fn every_kind_is_ready_at_once_and_answers_mobot_devices() {
     let kinds: Vec<&str> = emulator.devices.iter().map(|d| d.0.as_str()).collect();
     assert_eq!(kinds, KINDS);
     let uris: Vec<String> = (0..KINDS.len()).map(|k| emulator.uri(k)).collect();
-    let (status, devices) = asked(&uris);
+    // beside busy tests a terminal's bytes may be half a second late, which is a fault to a guard's program: then
+    // they are asked again
+    let (mut status, mut devices) = asked(&uris);
+    for _ in 0..2 {
+        if status != 0 {
+            (status, devices) = asked(&uris);
+        }
+    }
     assert_eq!(status, 0, "{devices:?}");
     for (device, uri) in devices.iter().zip(&uris) {
         assert_eq!(device["uri"], uri.as_str());
